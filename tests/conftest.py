@@ -50,7 +50,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    """Start the count of tests that the markers leave out, and let signals reach all children."""
+    """Start the count of tests that markers leave out, and reset ignored signals."""
     config.stash[_LEFT_OUT] = 0
     config.stash[_NO_ENGINE] = []
     if config.option.toolkit_alone:
@@ -58,7 +58,7 @@ def pytest_configure(config: pytest.Config) -> None:
             raise pytest.UsageError("--toolkit-alone: rcx_harness is loaded; add -p no:rcx")
         toolkit_alone()
     if not _sessions:
-        gc.disable()  # modules and tests stay: nothing to free
+        gc.disable()  # modules and tests stay until the exit, so the collector would free nothing
     _sessions.append(config)
     _let_children_hear_signals(is_worker=hasattr(config, "workerinput"))
 
@@ -72,14 +72,14 @@ def _let_children_hear_signals(*, is_worker: bool) -> None:
     """
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:
         signal.signal(signal.SIGINT, signal.default_int_handler)
-    hang_up = getattr(signal, "SIGHUP", None)  # Windows does not have this signal
+    hang_up = getattr(signal, "SIGHUP", None)  # Windows does not have SIGHUP
     if hang_up and (is_worker or signal.getsignal(hang_up) is signal.SIG_IGN):
         signal.signal(hang_up, lambda number, frame: None)
 
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Order the tests as `--order` says, keep the samples, and skip tests with external needs."""
+    """Order the tests by `--order`, select samples, and skip tests that need external programs."""
     named = any("::" in argument for argument in config.args)
     keep_samples(items, whole=not named)
     if not named:  # a test that the user names is reported as skipped
@@ -98,7 +98,7 @@ def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item
 def pytest_collection_finish() -> None:
     """Exclude existing objects from garbage collection, and let the collector run less often.
 
-    Both together save a tenth of the run.
+    Both changes together save a tenth of the time of the run.
     """
     gc.freeze()
     gc.set_threshold(100_000, 50, 100)
@@ -118,14 +118,14 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     if output is not None:
         output["left_out"] = session.config.stash[_LEFT_OUT]
         output["no_engine"] = session.config.stash[_NO_ENGINE]
-    if session.config is _sessions[0]:  # not a session that a test has started in this process
+    if session.config is _sessions[0]:  # skip a session that a test has started in this process
         gc.disable()
         gc.freeze()  # each collection at the exit would take more than a second
 
 
 @pytest.hookimpl(optionalhook=True)
 def pytest_testnodedown(node: Any, error: object) -> None:
-    """Take over the counts of a worker process. All workers collect the same tests."""
+    """Copy the counts of a worker process. All workers collect the same tests."""
     output = getattr(node, "workeroutput", None) or {}
     stash = node.config.stash
     stash[_LEFT_OUT] = output.get("left_out", stash[_LEFT_OUT])
@@ -135,7 +135,7 @@ def pytest_testnodedown(node: Any, error: object) -> None:
 def pytest_terminal_summary(
     terminalreporter: pytest.TerminalReporter, config: pytest.Config
 ) -> None:
-    """Print the skipped and omitted tests in a few last lines, and how to repeat a failure."""
+    """Print the numbers of skipped and omitted tests, and the command that repeats a failure."""
     stats = terminalreporter.stats
     skipped = [report.longrepr[2] for report in stats.get("skipped", [])]
     no_engine: list[str] = config.stash[_NO_ENGINE]
@@ -152,7 +152,7 @@ def pytest_terminal_summary(
 
 
 def pytest_assertrepr_compare(op: str, left: object, right: object) -> list[str] | None:
-    """Show codes, ErrorIDs and words of telegrams as 16#."""
+    """Show codes, ErrorIDs and words of telegrams in hexadecimal, as in 16#8001."""
     return hexadecimal_comparison(op, left, right)
 
 
@@ -194,7 +194,7 @@ def build_cell() -> Iterator[Callable[..., Cell]]:
 
 @pytest.fixture
 def raw_cell(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[..., Cell]:
-    """Return a function that builds cells of a program that writes the area without the library."""
+    """Return a function that builds cells whose program writes the area without the library."""
     program = REPOSITORY / "tests" / "cell" / "programs" / "RawArea.st"
     empty = tmp_path / "no-library"
     empty.mkdir()

@@ -1,6 +1,7 @@
-"""Packages, rooms and tests import only what they may. The test reads the sources.
+"""Packages, their folders ("rooms") and tests import only allowed modules.
 
-An import under TYPE_CHECKING or inside a function counts like any other.
+The tests read the sources. An import under TYPE_CHECKING or inside a function counts like any
+other.
 """
 
 from __future__ import annotations
@@ -12,7 +13,7 @@ import pytest
 
 from imports import Graph, find_cycle, floors, imports, private_names, room_graph, shipped
 
-#: The rooms of each package from top to bottom. A room may import rooms of lower lines.
+#: Folders ("rooms") of each package, top first. A room may import only rooms of lower lines.
 PLANS = {
     "rcx_harness": (
         ("cli",),
@@ -34,7 +35,7 @@ PLANS = {
         ("errors",),
     ),
 }
-#: The packages from top to bottom. Only rcx_tools is not in the wheel.
+#: The packages from top to bottom. All of them except rcx_tools are in the wheel.
 HOUSES = ("rcx_tools", "rcx_harness", "structured_text")
 _MOST_ROOMS, _MOST_FLOORS = 14, 9
 #: Names of the robot and of its library, which the toolkit must not contain.
@@ -46,21 +47,21 @@ _CPPPO = re.compile("cpppo", re.IGNORECASE)
 
 @pytest.fixture(scope="module")
 def graph() -> Graph:
-    """Return the imports between the modules of all packages."""
+    """Return the graph of the imports between the modules of all packages."""
     harness = Path(__file__).parents[1] / "harness"
     return imports(*(harness / house for house in HOUSES))
 
 
 @pytest.fixture(scope="module", params=PLANS)
 def house(request: pytest.FixtureRequest) -> str:
-    """Return one of the packages of the wheel."""
+    """Return the name of a package; pytest repeats the test for each package of the wheel."""
     package: str = request.param
     return package
 
 
 @pytest.fixture(scope="module")
 def rooms(graph: Graph, house: str) -> Graph:
-    """Return the imports between the rooms of a package."""
+    """Return the graph of the imports between the rooms (folders) of a package."""
     within = f"{house}."
     return room_graph(
         {
@@ -77,9 +78,7 @@ def test_a_package_has_the_rooms_of_its_plan_and_at_most_14(rooms: Graph, house:
     assert len(rooms) <= _MOST_ROOMS
 
 
-def test_a_room_imports_only_rooms_further_down_on_at_most_9_floors(
-    rooms: Graph, house: str
-) -> None:
+def test_a_room_imports_only_lower_rooms_with_at_most_9_levels(rooms: Graph, house: str) -> None:
     """A room imports only rooms below it; robot and enip do not import each other.
 
     Source: docs/explanation/architecture.md, the arrows.
@@ -96,7 +95,7 @@ def test_a_room_imports_only_rooms_further_down_on_at_most_9_floors(
 
 
 @pytest.mark.parametrize("package", HOUSES)
-def test_no_module_imports_itself_by_way_of_others(graph: Graph, package: str) -> None:
+def test_no_module_imports_itself_through_other_modules(graph: Graph, package: str) -> None:
     """Source: docs/explanation/architecture.md, the arrows."""
     own = {name: others for name, others in graph.items() if name.split(".")[0] == package}
     assert " -> ".join(find_cycle(own)) == ""
@@ -116,7 +115,7 @@ def test_a_package_never_imports_one_above_it(graph: Graph) -> None:
     ] == []
 
 
-def test_the_engines_and_enip_are_not_known_to_the_robot(graph: Graph) -> None:
+def test_the_robot_does_not_import_the_engines_or_enip(graph: Graph) -> None:
     """Source: docs/explanation/architecture.md, the arrows."""
     found = {
         f"{name} -> {other}"

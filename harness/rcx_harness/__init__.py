@@ -1,8 +1,8 @@
-"""Compile the RCX3 function blocks and run them against a virtual robot controller."""
+"""Run Structured Text programs with the RCX3 function blocks and a virtual robot controller."""
 
 from __future__ import annotations
 
-# nothing is imported here, because Ctrl-C during an import would show a traceback
+# Nothing is imported here, because Ctrl-C during an import would show a traceback.
 TYPE_CHECKING = False
 if TYPE_CHECKING:
     from typing import Any

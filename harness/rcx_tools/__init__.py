@@ -1,1 +1,1 @@
-"""Generators of the project's own pages, library and evidence; not in the wheel."""
+"""Generators of the project's own pages, library and evidence. The wheel does not contain them."""

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 __all__ = ["LIMIT_S", "MISSING", "chromium", "is_there", "opened"]
 
 MISSING = "chromium and chromedriver are not installed"
-#: Longest wait for any step [s].
+#: Time limit of each step in the browser [s].
 LIMIT_S = 120
 
 
@@ -26,7 +26,7 @@ def is_there() -> bool:
 
 @contextmanager
 def chromium(width: int = 1280, height: int = 900) -> Iterator[WebDriver]:
-    """Yield a browser with a window of this size."""
+    """Start a browser with a window of this size, and end it afterwards."""
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service
 
@@ -47,7 +47,7 @@ def chromium(width: int = 1280, height: int = 900) -> Iterator[WebDriver]:
 
 
 def opened(browser: WebDriver, file: Path) -> float:
-    """Open a page of `rcx view`; return the time it took [ms]."""
+    """Open a page of `rcx view`, and return the time until it is shown [ms]."""
     from selenium.webdriver.support.ui import WebDriverWait
 
     browser.get(file.as_uri())

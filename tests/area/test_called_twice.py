@@ -1,7 +1,7 @@
-"""FB_ReadArea and FB_WriteArea are for one call per scan; a second call is harmless and reported.
+"""A second call of FB_ReadArea or FB_WriteArea in a scan is harmless and is reported.
 
-The same holds for FB_ReadAreaWords and FB_WriteAreaWords. FB_RcxTakeHead and FB_RcxDedicatedInputs
-detect the second call.
+FB_ReadAreaWords and FB_WriteAreaWords behave alike. FB_RcxTakeHead and FB_RcxDedicatedInputs detect
+the second call.
 """
 
 from __future__ import annotations
@@ -18,7 +18,10 @@ _INTERVAL_SCANS = 12
 def _bench(
     twin: str, *, other: bool = False, m: int = 0, n: int = 0, contract: bool = True
 ) -> PlcBench:
-    """Return a bench that calls the area blocks twice; with `other` by a second instance."""
+    """Return a bench that can call the area blocks twice per scan.
+
+    If `other` is TRUE, a second instance makes the second call.
+    """
     image = "RCX_IMAGE_WORDS" if twin else "RCX_IMAGE"
     copied = "" if not twin else _COPY
     read, write = ("ReadOther", "WriteOther") if other else ("ReadArea", "WriteArea")
@@ -85,8 +88,11 @@ _OTHER = pytest.mark.parametrize("other", [False, True])
 
 @_TWINS
 @_OTHER
-def test_a_time_limit_stays_true_where_the_area_is_read_twice(twin: str, other: bool) -> None:
-    """5 s are 500 scans of 10 ms from the start of the turn. Source: pin Timeout of every block."""
+def test_reading_the_area_twice_does_not_change_a_timeout(twin: str, other: bool) -> None:
+    """If the area is read twice per scan, Timeout (5 s) still ends after 500 scans of 10 ms.
+
+    Source: pin Timeout of every block.
+    """
     plc = _bench(twin, other=other)
     plc["ReadTwice"] = plc["First.Execute"] = True
     taken = plc.scan_until(lambda: bool(plc["First.Error"]), most=600)
@@ -95,11 +101,12 @@ def test_a_time_limit_stays_true_where_the_area_is_read_twice(twin: str, other: 
 
 @_TWINS
 @_OTHER
-def test_reading_twice_is_noticed_and_the_first_reading_stands(twin: str, other: bool) -> None:
-    """The second reading changes nothing.
+def test_a_second_read_call_is_reported_and_the_data_of_the_first_stay(
+    twin: str, other: bool
+) -> None:
+    """If the area is read a second time in a scan, the data of the first call remain valid.
 
-    If the second call reads another area, this area belongs to another controller. Its answers must
-    not be used.
+    The second call may read the area of another controller. Its answers must not be used.
     """
     plc = _bench(twin, other=other, m=48 if other else 0)
     read = "ReadOther" if other else "ReadArea"
@@ -117,10 +124,10 @@ def test_reading_twice_is_noticed_and_the_first_reading_stands(twin: str, other:
 
 
 @_TWINS
-def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(twin: str) -> None:
-    """The error names the illegal offset, because it must be corrected first.
+def test_an_illegal_offset_is_reported_before_the_second_read_call(twin: str) -> None:
+    """If an area with an illegal offset is read twice, the error is 16#8031 (illegal offset).
 
-    An area that cannot be read counts as not connected.
+    The user must correct the offset first. An area that cannot be read counts as not connected.
 
     Source: docs/reference/errors.md.
     """
@@ -131,8 +138,8 @@ def test_of_an_illegal_area_that_is_read_again_the_illegal_offset_is_told(twin: 
 
 
 @_TWINS
-def test_a_second_reading_can_take_the_connection_away(twin: str) -> None:
-    """If one of two readings reports a loss, the block treats the connection as lost.
+def test_a_second_read_call_without_connection_counts_as_a_lost_connection(twin: str) -> None:
+    """If one of the two calls in a scan has Connected FALSE, the connection counts as lost.
 
     Source: manual chapter 1, 5.2.
     """
@@ -144,10 +151,10 @@ def test_a_second_reading_can_take_the_connection_away(twin: str) -> None:
 
 
 @_TWINS
-def test_a_second_reading_that_finds_no_link_is_no_scan_of_its_own(twin: str) -> None:
-    """A second reading without a link is not taken for a scan of its own.
+def test_a_second_read_call_without_link_is_not_counted_as_a_scan(twin: str) -> None:
+    """If the second call in a scan has no link, the call does not count as a new scan.
 
-    The blocks report a lost connection and not a missing call.
+    The blocks therefore report a lost connection and not a missing call.
 
     Source: docs/reference/errors.md, 16#8001 and 16#8013.
     """
@@ -191,8 +198,10 @@ def test_writing_twice_keeps_the_interval_between_dedicated_inputs(twin: str, ot
 
 
 @_TWINS
-def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(twin: str) -> None:
-    """The inputs go OFF in the same scan and stay OFF until a block releases them.
+def test_a_second_write_call_turns_the_safety_inputs_off(twin: str) -> None:
+    """If the second call of FB_WriteArea has its safety pins FALSE, SI(00) and SI(06) go OFF.
+
+    They go OFF in the same scan and stay OFF until a block releases them.
 
     Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops.
     """
@@ -212,7 +221,7 @@ def test_a_second_writing_takes_the_safety_inputs_away_where_its_pins_say_so(twi
     ("pin", "stays", "held"),
     [("EmergencyStopOk", "SI06", "HoldEmergency"), ("StopOk", "SI00", "HoldStop")],
 )
-def test_each_pin_of_a_second_writing_takes_its_own_input_away_wherever_the_area_is(
+def test_each_safety_pin_of_a_second_write_call_turns_its_input_off(
     twin: str, other: bool, pin: str, stays: str, held: str
 ) -> None:
     """Source: manual chapter 5, 2, SI(00), SI(06) and SI(17)."""
@@ -229,7 +238,7 @@ def test_each_pin_of_a_second_writing_takes_its_own_input_away_wherever_the_area
 
 
 @_TWINS
-def test_a_second_area_gets_nothing_of_the_first(twin: str) -> None:
+def test_a_second_area_with_the_same_rcx_ref_gets_no_command(twin: str) -> None:
     """If two robots share one RCX_REF by mistake, the second one is not driven.
 
     Source: manual chapter 1, 4: an area for each controller.
@@ -262,8 +271,10 @@ def test_without_writing_the_blocks_end_and_reading_says_why(twin: str) -> None:
     assert plc["First.ErrorID"] == 0x8016
 
 
-def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -> None:
-    """The timers of an instance do not know changes by the other instance, so the instance waits.
+def test_two_writing_instances_in_turn_keep_the_interval() -> None:
+    """If two instances write in turn, each one waits for the interval before its first change.
+
+    An instance cannot measure the time since a change that the other instance has made.
 
     Source: chapter 5, 3, caution.
     """
@@ -271,7 +282,7 @@ def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -
     changes: list[tuple[int, bytes]] = []
     before = plc.image[32:34]
     for scan in range(240):
-        # every 7 scans the other instance writes, and servo on is requested or not
+        # the writing instance changes every 7 scans, the request for servo on every 20 scans
         plc["NoWrite"] = plc["WriteTwice"] = (scan // 7) % 2 == 1
         plc.change("ServoOn.Execute", to=scan % 40 < 20)
         if plc.image[32:34] != before:
@@ -291,8 +302,10 @@ def test_an_instance_that_left_scans_to_another_one_begins_with_the_interval() -
         ("T#100ms", "T#20ms", 12),
     ],
 )
-def test_no_margin_makes_the_interval_shorter(interval: str, margin: str, scans: int) -> None:
-    """SI(00) comes one spacing after the start, and SI(06) one spacing later, in scans of 10 ms.
+def test_a_margin_never_shortens_the_interval(interval: str, margin: str, scans: int) -> None:
+    """A negative Margin never shortens the interval, which is at least 100 ms.
+
+    SI(00) turns ON after interval and margin, and SI(06) after the same time again.
 
     Source: manual chapter 5, 3, caution: 100 ms or more.
     """
@@ -319,12 +332,12 @@ def test_no_margin_makes_the_interval_shorter(interval: str, margin: str, scans:
         *(pytest.param(scans, marks=pytest.mark.exhaustive) for scans in (9, 11, 13, 20, 23, 25)),
     ],
 )
-def test_no_start_goes_out_against_a_stop_that_is_asked_for(
+def test_no_start_input_goes_on_while_a_stop_is_requested(
     block: str, bit: str, pin: str, released: int
 ) -> None:
-    """The stop is requested for 2 scans, released for some scans, and requested again.
+    """If a stop is requested, no start input goes ON; SI(01) does not depend on the stop.
 
-    SI(01) alone does not need SI(06).
+    The stop is requested for 2 scans, released for some scans, and requested again.
 
     Source: manual chapter 5, 2, SI(01), and chapter 5, 3.2: no start with SI(00) or SI(06) OFF.
     """

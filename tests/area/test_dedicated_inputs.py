@@ -35,7 +35,7 @@ def test_after_a_start_of_the_plc_the_inputs_come_one_at_a_time_after_the_interv
     assert _changes(plc, 60) == [(120, "SI00 ON"), (240, "SI06 ON")]
 
 
-def test_both_are_off_until_the_application_says_otherwise() -> None:
+def test_both_safety_inputs_stay_off_until_their_pins_are_true() -> None:
     """Source: design of the pins EmergencyStopOk and StopOk; chapter 5, 2, SI(00) and SI(06)."""
     plc = PlcBench()
     plc["EmergencyStopOk"] = plc["StopOk"] = False
@@ -77,7 +77,10 @@ def test_a_safety_switch_off_goes_out_at_once_and_restarts_the_interval(pin: str
 
 
 def test_both_safety_inputs_may_fall_together_but_not_rise_together() -> None:
-    """Source: manual chapter 5, 3.1, caution; only the switch-off is exempt."""
+    """SI(00) and SI(06) may turn OFF in the same scan, but turn ON one interval apart.
+
+    Source: manual chapter 5, 3.1, caution: only switching OFF is exempt from the interval.
+    """
     plc = PlcBench()
     plc.power_up()
     plc["EmergencyStopOk"] = plc["StopOk"] = False
@@ -107,12 +110,15 @@ def test_the_interval_is_a_parameter_but_never_below_100_ms(
 
 
 def test_the_default_margin_covers_an_rpi_of_100_ms_and_45_ms_of_jitter() -> None:
-    """A change may arrive late by an RPI and a 5 ms cycle, and the next change without delay."""
+    """The default margin is 150 ms: one RPI of 100 ms, 45 ms of jitter, and a cycle of 5 ms.
+
+    In the worst case, one change has this delay and the next change has none.
+    """
     plc = PlcBench(margin=None)
     assert [time for time, _ in _changes(plc, 60)] == [250, 500]
 
 
-def test_link_loss_takes_the_inputs_back_and_they_return_after_the_interval() -> None:
+def test_a_lost_link_turns_the_inputs_off_and_they_return_after_the_interval() -> None:
     """Source: manual chapter 1, 5.2: SI(00) and SI(06) turn off in the connection error state."""
     plc = PlcBench()
     plc.power_up()
@@ -148,12 +154,12 @@ def alone(compiled: Alone) -> Alone:
     return compiled
 
 
-def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_out(
+def test_a_request_is_not_sent_if_the_second_read_call_has_no_link(
     alone: Alone,
 ) -> None:
-    """In the first reading there was a link and a request of SI(15).
+    """If the link is lost after SI(15) was requested, SI(15) stays OFF.
 
-    In the second there was no link.
+    The first call in the scan had a link, the second call had none.
 
     Source: manual chapter 1, 5.2.
     """
@@ -167,10 +173,8 @@ def test_a_request_from_before_a_second_reading_that_finds_no_link_does_not_go_o
 
 
 @pytest.mark.parametrize("further", [0, 7, -7])
-def test_after_scans_that_went_elsewhere_the_interval_begins_anew(
-    alone: Alone, further: int
-) -> None:
-    """The number of the scan may have restarted after 65535 in the meantime.
+def test_after_missed_scans_the_interval_restarts(alone: Alone, further: int) -> None:
+    """After missed scans the interval restarts, even if the scan number has wrapped after 65535.
 
     Source: manual chapter 5, 3, caution; head of the block.
     """
@@ -187,7 +191,7 @@ def test_after_scans_that_went_elsewhere_the_interval_begins_anew(
 
 
 @pytest.mark.parametrize("seed", range(4))
-def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int) -> None:
+def test_every_change_of_the_dedicated_inputs_follows_the_rules(alone: Alone, seed: int) -> None:
     """Source: manual chapter 5, 3, caution; design of the library, 2."""
     chance, rules = Random(seed), InputRules()
     now, connected = 0, True
@@ -223,7 +227,7 @@ def test_every_change_is_the_one_that_the_rules_ask_for(alone: Alone, seed: int)
     ("serving", "lowest", "next_ticket"),
     [(5, 5, 5), (5, 5, 6), (5, 6, 6), (5, 7, 8), (5, 8, 8), (65535, 65535, 0), (65534, 1, 3)],
 )
-def test_a_turn_whose_block_was_not_called_passes_to_the_first_that_was(
+def test_if_the_holder_is_not_called_the_channel_passes_to_the_next_block(
     alone: Alone, serving: int, lowest: int, next_ticket: int
 ) -> None:
     """Source: design of the library, 2: a holder that is no longer called loses the channel."""

@@ -9,16 +9,16 @@ import pytest
 from alone import Alone
 from areas_bench import AreasBench
 
-#: Not ports of general-purpose bits: dedicated, not octal, reserved, or beyond the area.
+#: Port numbers that are illegal: dedicated, not octal, reserved, or outside the area.
 NO_PORTS = [-1, 0, 1, 8, 9, 16, 17, 20, 27, 32767, -32768]
 
-#: Not general-purpose bits: dedicated bits; digits 8 and 9; ports 8, 9, 16 and beyond.
+#: Bit numbers that are illegal: dedicated bits; digits 8 and 9; ports 8, 9, 16 and higher.
 NO_BITS = [0, 1, 6, 10, 17, 18, 19, 28, 29, 80, 87, 90, 97, 98, 99, 108, 158, 159, 160, 167, 200]
 NO_BITS += [-1, -20, -27, 32767, -32768]
 
 
 def test_the_manuals_values_of_port_2() -> None:
-    """In the program, SI2() = 7Fh is 127. SO2() = 127 is 7Fh on the wire.
+    """Port 2 has the values of the manual: SI2() = 7Fh is 127, and SO2() = 127 is 7Fh on the wire.
 
     SO(20) = 1 is bit 0 of byte m + 34.
 
@@ -37,7 +37,7 @@ def test_the_manuals_values_of_port_2() -> None:
 
 
 @pytest.mark.parametrize("port", NO_PORTS)
-def test_a_number_that_is_no_general_purpose_port_is_refused(port: int) -> None:
+def test_a_number_that_is_not_a_general_purpose_port_is_refused(port: int) -> None:
     """Source: manual chapter 1, 4.1, notes 2 and 3; chapter 3, 2.1 and 2.2, notes: up to 15."""
     plc = AreasBench(m=100, n=100)
     plc.so[:] = bytes([0xFF] * 48)
@@ -50,7 +50,7 @@ def test_a_number_that_is_no_general_purpose_port_is_refused(port: int) -> None:
 
 
 @pytest.mark.parametrize("port", NO_BITS)
-def test_a_number_that_is_no_general_purpose_bit_is_refused(port: int) -> None:
+def test_a_number_that_is_not_a_general_purpose_bit_is_refused(port: int) -> None:
     """SI(18), SI(28), SI(80), SI(160) and the dedicated inputs cannot be written.
 
     Source: manual chapter 1, 4.1, notes 2 and 3; chapter 3, 2.1 and 2.2, notes: up to 157.
@@ -80,7 +80,7 @@ def test_bits_at_an_odd_offset_are_refused_in_an_image_of_words_only(kind: str) 
 
 
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
-def test_without_connection_no_bit_is_believed(kind: str) -> None:
+def test_without_connection_no_bit_is_valid(kind: str) -> None:
     """Source: manual chapter 1, 5.2: communication is disabled in the connection error state."""
     plc = AreasBench()
     plc.so[34] = 0xFF
@@ -92,8 +92,11 @@ def test_without_connection_no_bit_is_believed(kind: str) -> None:
 
 
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
-def test_an_illegal_port_is_told_before_a_missing_connection(kind: str) -> None:
-    """The illegal port remains an error after the connection returns."""
+def test_an_illegal_port_is_reported_before_a_missing_connection(kind: str) -> None:
+    """Without a connection, an illegal port is still reported as 16#8033.
+
+    The illegal port remains an error after the connection returns.
+    """
     plc = AreasBench()
     plc["Connected"] = False
     assert plc.read(f"Read{kind}", Port=8) == (0, False, 0x8033)
@@ -139,7 +142,9 @@ def _bytes(alone: Alone, name: str) -> bytes:
 
 @_AREAS
 @_TWINS
-def test_a_bit_is_written_and_everything_beside_it_stays(twin: str, size: int, offset: int) -> None:
+def test_writing_a_bit_does_not_change_the_rest_of_the_area(
+    twin: str, size: int, offset: int
+) -> None:
     """Source: manual chapter 1, 4.1; chapter 3, 2.1: SI(20) to SI(157), counted in octal."""
     name = f"FB_WriteBit{twin}"
     alone = _block(name, size, offset)
@@ -157,7 +162,7 @@ def test_a_bit_is_written_and_everything_beside_it_stays(twin: str, size: int, o
 
 @_AREAS
 @_TWINS
-def test_a_port_is_written_and_everything_beside_it_stays(
+def test_writing_a_port_does_not_change_the_rest_of_the_area(
     twin: str, size: int, offset: int
 ) -> None:
     """Source: manual chapter 1, 4.1; chapter 3, 2.1: SI2() to SI15(), counted in octal."""
@@ -174,7 +179,7 @@ def test_a_port_is_written_and_everything_beside_it_stays(
 
 @_AREAS
 @_TWINS
-def test_every_port_and_every_bit_is_read_from_its_place(twin: str, size: int, offset: int) -> None:
+def test_every_port_and_bit_is_read_from_its_address(twin: str, size: int, offset: int) -> None:
     """Source: manual chapter 1, 4.1; chapter 3, 2.2: SO(20) to SO(157), counted in octal."""
     port_block, bit_block = (
         _block(f"FB_Read{kind}{twin}", size, offset) for kind in ("Port", "Bit")
@@ -193,8 +198,12 @@ def test_every_port_and_every_bit_is_read_from_its_place(twin: str, size: int, o
 @_TWINS
 @pytest.mark.parametrize("kind", ["Bit", "Port"])
 @pytest.mark.parametrize("verb", ["Read", "Write"])
-def test_an_illegal_area_is_told_before_an_illegal_port(verb: str, kind: str, twin: str) -> None:
-    """The blocks for images of words report in the same order.
+def test_an_illegal_area_is_reported_before_an_illegal_port(
+    verb: str, kind: str, twin: str
+) -> None:
+    """If area and port are both illegal, the block reports the illegal area.
+
+    This holds for images of bytes and of words.
 
     Source: docs/reference/errors.md, 16#8030 and 16#8033.
     """

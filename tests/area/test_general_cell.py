@@ -1,4 +1,4 @@
-"""General-purpose I/O between the library and a robot program of the virtual controller."""
+"""The library exchanges general-purpose I/O with a robot program of the virtual controller."""
 
 from __future__ import annotations
 
@@ -26,8 +26,10 @@ def example(build_cell: Build) -> Cell:
     return cell
 
 
-def test_words_and_bits_reach_the_robot_program_and_come_back(example: Cell) -> None:
-    """The program has WAIT SI(20)=1, A%=SIW(2), SOW(2)=A% and SO(20)=1.
+def test_words_and_bits_are_exchanged_with_the_robot_program(example: Cell) -> None:
+    """Words and bits reach the robot program, and its outputs reach the PLC.
+
+    The program has WAIT SI(20)=1, A%=SIW(2), SOW(2)=A% and SO(20)=1.
 
     All images are images of words.
 
@@ -57,7 +59,7 @@ def test_the_robot_program_waits_for_the_bit(example: Cell) -> None:
 
 
 @pytest.mark.parametrize("jitter", ["0ms", "12ms"])
-def test_remote_commands_and_shared_words_do_not_meet_on_the_wire(
+def test_remote_commands_and_shared_words_are_never_mixed_on_the_wire(
     build_cell: Build, jitter: str
 ) -> None:
     """Source: guide chapter 1, 1.1, note; manual chapter 1, 4.1."""
@@ -89,7 +91,7 @@ def test_remote_commands_and_shared_words_do_not_meet_on_the_wire(
 
 
 @pytest.mark.parametrize("port", ["20", "77", "100", "157"])
-def test_each_end_finds_the_bit_under_the_same_number(build_cell: Build, port: str) -> None:
+def test_plc_and_robot_program_use_the_same_bit_numbers(build_cell: Build, port: str) -> None:
     """Source: manual chapter 1, 4.1; chapter 3, 2.1 and 2.2."""
     cell = build_cell(AREAS, scan="10ms")
     cell["Main.WriteBit.Port"] = cell["Main.ReadBit.Port"] = int(port)
@@ -104,7 +106,7 @@ def test_each_end_finds_the_bit_under_the_same_number(build_cell: Build, port: s
     assert cell.robot.read_port(f"SI({port})") == 0
 
 
-def test_each_end_finds_words_of_the_extension_under_the_same_number(build_cell: Build) -> None:
+def test_plc_and_robot_program_use_the_same_numbers_for_extended_words(build_cell: Build) -> None:
     """Source: manual chapter 1, 4.2; chapter 3, 2.1 and 2.2."""
     cell = build_cell(AREAS, scan="10ms", m=100, n=200, robot=RobotConfig(size=256))
     blocks = ("ReadWord", "WriteWord", "ReadDoubleWord", "WriteDoubleWord", "ReadArea", "WriteArea")

@@ -6,7 +6,7 @@ import pytest
 
 from areas_bench import AreasBench
 
-#: Data of a remote command that uses all its words.
+#: Data of a remote command in which no data word is 0.
 DATA = list(range(0x0101, 0x0110))
 
 
@@ -20,19 +20,19 @@ def _up(size: int = 48, m: int = 0, n: int = 0) -> AreasBench:
 
 
 def _show(plc: AreasBench, number: int, *words: int) -> None:
-    """Let the robot program write SOW(number) and the words after it."""
+    """Set SOW(number) and the words after it, as the robot program would."""
     for k, word in enumerate(words, start=number):
         plc.so[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
 
 
 def _written(plc: AreasBench, number: int) -> int:
-    """Return SIW(number) from the written area."""
+    """Return SIW(number) from the area that FB_WriteArea has written."""
     at = plc.n + 2 * number
     return int.from_bytes(plc.image[at : at + 2], "little")
 
 
 def test_the_manuals_values_of_words_and_double_words_to_the_robot() -> None:
-    """SIW(2) = 01FFh is 511. SIW(2) = 0010h and SIW(3) = 0001h make SID(2) = 65552.
+    """The manual gives SIW(2) = 01FFh for 511, and 0010h and 0001h for SID(2) = 65552.
 
     Source: manual chapter 3, 2.1, examples of WORD information.
     """
@@ -44,7 +44,7 @@ def test_the_manuals_values_of_words_and_double_words_to_the_robot() -> None:
 
 
 def test_the_manuals_values_of_words_and_double_words_from_the_robot() -> None:
-    """SOW(2) = 512 is 0200h. SOD(2) = 69905 is SOW(2) = 1111h and SOW(3) = 0001h.
+    """The manual gives SOW(2) = 512 for 0200h, and SOD(2) = 69905 for 1111h and 0001h.
 
     Source: manual chapter 3, 2.2, examples of WORD information.
     """
@@ -109,7 +109,9 @@ def test_an_extended_word_changes_nothing_beside_it(number: int) -> None:
 @pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
 @pytest.mark.parametrize("number", [-32768, -2, 0, 1, 16, 17, 20, 22, 23, 128, 130, 32767])
 def test_words_of_commands_bits_and_the_reserved_area_are_refused(number: int, kind: str) -> None:
-    """SIW(23) would be the reserved bytes n + 46 and n + 47.
+    """Words of commands, of bits and of the reserved area are refused, such as SIW(23).
+
+    SIW(23) would be the reserved bytes n + 46 and n + 47.
 
     Source: manual chapter 1, 4.1, notes 1 to 3; chapter 5, 1, reserved area.
     """
@@ -186,7 +188,7 @@ def test_words_at_an_odd_offset_are_refused_in_an_image_of_words_only(kind: str)
 
 @pytest.mark.parametrize("kind", ["Word", "DoubleWord"])
 @pytest.mark.parametrize("number", [2, 24])
-def test_without_connection_no_word_is_believed(kind: str, number: int) -> None:
+def test_without_connection_no_word_is_valid(kind: str, number: int) -> None:
     """Source: manual chapter 1, 5.2: communication is disabled in the connection error state."""
     plc = _up(size=256)
     _show(plc, number, 0x0007)
@@ -196,7 +198,9 @@ def test_without_connection_no_word_is_believed(kind: str, number: int) -> None:
 
 
 def test_a_shared_word_is_valid_only_while_no_response_is_shown() -> None:
-    """Words m + 2 to m + 30 carry the response from the status until the reset is answered.
+    """While the status is not 0x0000, words m + 2 to m + 30 carry the response of a command.
+
+    They are not valid as general-purpose words until the status reset is answered.
 
     Source: manual chapter 1, 4.1; guide chapter 1, 1.2 and chapter 2.
     """
@@ -232,8 +236,10 @@ def test_a_shared_word_is_valid_only_while_no_response_is_shown() -> None:
     assert valid[-1] is True
 
 
-def test_a_status_that_nobody_asked_for_makes_the_shared_words_invalid_at_once() -> None:
-    """When a PLC starts, the controller may still show the status of the last command.
+def test_a_status_without_a_command_makes_the_shared_words_invalid_at_once() -> None:
+    """A status without a command makes the shared words invalid at once.
+
+    When a PLC starts, the controller may still show the status of its last command.
 
     Source: guide chapter 1, 1.2: a status other than 0x0000 has a response beside it.
     """
@@ -283,7 +289,7 @@ def test_a_running_command_is_never_disturbed_by_a_general_purpose_write() -> No
     assert general[13] == (-plc.now_us + 10_000) & 0xFFFF
 
 
-def test_what_is_written_during_a_command_goes_out_after_it() -> None:
+def test_values_written_during_a_command_are_sent_after_it() -> None:
     """Source: guide chapter 1, 1.2, code 0x0000."""
     plc = _up()
     plc.change("First.Execute", to=True, scans=3)
@@ -295,7 +301,7 @@ def test_what_is_written_during_a_command_goes_out_after_it() -> None:
     assert _written(plc, 7) == 0xBEEF, "the word stays until it is written again"
 
 
-def test_word_1_belongs_to_the_commands_alone() -> None:
+def test_word_1_is_reserved_for_commands() -> None:
     """Source: manual chapter 1, 4.1, note 1."""
     plc = _up()
     plc["Robot.Inner.General[1]"] = plc["Robot.Inner.General[2]"] = 0x1234
@@ -303,8 +309,11 @@ def test_word_1_belongs_to_the_commands_alone() -> None:
     assert plc.words == [0, 0, 0x1234, *[0] * 13]
 
 
-def test_writes_go_on_without_connection_and_the_values_are_there_after_it() -> None:
-    """The image is not read without a connection: manual chapter 1, 5.2."""
+def test_values_written_without_connection_are_sent_after_it_returns() -> None:
+    """Values that are written without a connection are in the area after the connection returns.
+
+    Source: manual chapter 1, 5.2: the area is not read without a connection.
+    """
     plc = _up(size=256)
     plc.change("Connected", to=False)
     assert plc.write("WriteWord", Number=3, Value=0x0303) == 0
@@ -314,7 +323,7 @@ def test_writes_go_on_without_connection_and_the_values_are_there_after_it() -> 
     assert [_written(plc, 3), _written(plc, 30), plc.image[35]] == [0x0303, 0x3030, 0x08]
 
 
-def test_the_reserved_bytes_are_never_written_by_anything() -> None:
+def test_the_reserved_bytes_are_never_written() -> None:
     """Source: manual chapter 5, 1, reserved area; chapter 1, 4.1, note 3."""
     for size in (48, 256):
         plc = _up(size=size, n=64)

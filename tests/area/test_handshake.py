@@ -12,7 +12,7 @@ from head_rules import Channel, HandshakeRules
 from plc_bench import PlcBench
 from shown import differences
 
-#: The guide's own example: PTP to point 19 at 50 % (n+2 = 0x0004, n+6 = 0x0032, n+8 = 0x0013).
+#: The example of the guide: PTP to point 19 at 50 % (n+2 = 0x0004, n+6 = 0x0032, n+8 = 0x0013).
 MOVE = [0x0004, 0x0000, 0x0032, 0x0013, *[0] * 11]
 IDLE = [0] * 16
 
@@ -111,7 +111,7 @@ def test_data_of_a_block_that_is_no_longer_called_never_becomes_a_command() -> N
 
 
 @pytest.mark.parametrize("loss", ["link", "SO01"])
-def test_when_the_controller_is_gone_the_code_is_withdrawn_and_nothing_restarts(loss: str) -> None:
+def test_without_controller_the_code_is_withdrawn_and_nothing_restarts(loss: str) -> None:
     """Source: manual chapter 1, 5.2, communication is disabled; chapter 5, 2, SO(01)."""
     plc = _plc()
     plc.change("First.Execute", to=True, scans=3)
@@ -130,8 +130,8 @@ def test_when_the_controller_is_gone_the_code_is_withdrawn_and_nothing_restarts(
     assert plc.words == [0x0001, *MOVE]
 
 
-def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """The code stays 0 for one interval (120 ms here), so that a packet carries this 0."""
+def test_after_a_recovery_the_code_stays_0_for_an_interval() -> None:
+    """After a lost link, the code stays 0 for one interval (120 ms), so a packet carries this 0."""
     plc = _plc()
     plc.change("Connected", to=False)
     plc["Connected"] = True
@@ -144,7 +144,10 @@ def test_after_a_recovery_the_code_stays_0_until_the_controller_has_seen_it() ->
 
 
 def test_a_status_that_falls_back_to_ready_without_an_end_is_an_error() -> None:
-    """The controller may restart without the scanner noticing it."""
+    """A status that returns to ready without an end status is an error.
+
+    The controller may have restarted without a lost connection.
+    """
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
     plc.answer(0x0100, scans=2)
@@ -153,8 +156,8 @@ def test_a_status_that_falls_back_to_ready_without_an_end_is_an_error() -> None:
     assert plc.words == IDLE
 
 
-def test_after_such_a_fall_the_code_stays_0_until_the_controller_has_seen_it() -> None:
-    """The code stays 0 for one interval (120 ms here), as after a recovery of the link."""
+def test_after_a_status_without_end_the_code_stays_0_for_an_interval() -> None:
+    """After a status that returns to ready without an end, the code stays 0 for 120 ms."""
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
     plc.answer(0x0100, scans=2)
@@ -168,8 +171,10 @@ def test_after_such_a_fall_the_code_stays_0_until_the_controller_has_seen_it() -
     assert codes.index(0x0501) == 15, "12 scans from the second one on, then data, then code"
 
 
-def test_a_status_that_nobody_asked_for_is_reset_before_the_first_command() -> None:
-    """A PLC that restarts reads the end status of its last command.
+def test_a_status_without_a_command_is_reset_before_the_first_command() -> None:
+    """A status without a command is reset before the first command.
+
+    A PLC that restarts reads the end status of its last command.
 
     Source: guide chapter 1, 1.2, code 0x0000: the status must be ready.
     """
@@ -217,12 +222,12 @@ _STATUSES = (0x0000, 0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000, 0x0300, 0x8
 
 
 @pytest.mark.parametrize(("serving", "lowest"), [(0, 1), (65535, 0)])
-def test_an_output_without_end_whose_block_has_gone_is_ended(
+def test_a_continuous_output_is_ended_if_its_block_is_no_longer_called(
     alone: Alone, serving: int, lowest: int
 ) -> None:
-    """The status reset ends a continuous output whose block is no longer called.
+    """If the block of a continuous output is no longer called, the status reset ends the output.
 
-    This also holds for the last ticket number before the numbers restart.
+    The test includes the highest ticket number, after which the numbers restart.
 
     Source: guide 4.7.4.
     """
@@ -240,7 +245,7 @@ def test_an_output_without_end_whose_block_has_gone_is_ended(
 
 
 @pytest.mark.parametrize("seed", range(6))
-def test_every_step_is_the_one_that_the_guide_asks_for(alone: Alone, seed: int) -> None:
+def test_every_step_of_the_handshake_follows_the_guide(alone: Alone, seed: int) -> None:
     """Source: guide chapters 1 and 2, and 4.7.4; design of the library, 2."""
     chance, rules = Random(seed), HandshakeRules()
     channel = Channel(next_ticket=65533, serving=65533)

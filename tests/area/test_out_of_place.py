@@ -30,7 +30,10 @@ _CALLS = """Halt(Robot := Robot); Release(Robot := Robot); Stop(Robot := Robot);
 
 @cache
 def _compiled(words: str) -> PlcBench:
-    """Compile a program that calls its blocks at the places whose variables are TRUE."""
+    """Compile a program that calls its blocks at up to three places, each enabled by a variable.
+
+    Early is before FB_ReadArea, There is between the area blocks, Late is after FB_WriteArea.
+    """
     image = "RCX_IMAGE_WORDS" if words else "RCX_IMAGE"
     panel = "Keys(Robot := Robot, Panel := Panel);"
     return PlcBench(
@@ -76,7 +79,7 @@ END_PROGRAM
 
 
 def _first(words: str = "") -> PlcBench:
-    """Return the bench in its state before the first scan."""
+    """Return the bench, reset to its state before the first scan."""
     plc = _compiled(words)
     if not hasattr(plc, "first"):
         plc.first = plc.program.snapshot()  # type: ignore[attr-defined]
@@ -94,7 +97,7 @@ def _up(words: str = "") -> PlcBench:
 
 
 def _move(plc: PlcBench, place: str) -> None:
-    """Call the blocks at this place from now on, and no longer at their proper place."""
+    """Call the blocks only at this place (Early, There or Late) from now on."""
     for name in ("Early", "There", "Late"):
         plc[name] = name == place
 
@@ -104,10 +107,12 @@ def _move(plc: PlcBench, place: str) -> None:
 @pytest.mark.parametrize(
     ("block", "input_name", "kept"), [("Halt", "SI00", ["SI06"]), ("Stop", "SI06", ["SI00"])]
 )
-def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_it(
+def test_a_stop_called_out_of_place_acts_until_a_block_in_its_place_releases_it(
     place: str, block: str, input_name: str, kept: list[str], words: str
 ) -> None:
-    """The next FB_WriteArea sends the stop. The block reports that it was called out of place.
+    """A stop block called outside the area blocks still stops, and reports 16#8017.
+
+    The next FB_WriteArea sends the stop. Only a block between the area blocks releases it.
 
     Source: manual chapter 5, 2: SI(00) and SI(06) OFF stop; docs/reference/errors.md, 16#8017.
     """
@@ -131,7 +136,7 @@ def test_a_stop_acts_in_any_place_and_stays_until_a_block_in_its_place_releases_
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_stop_that_is_moved_while_it_is_at_work_stays(place: str) -> None:
+def test_a_busy_stop_stays_active_if_its_call_moves_out_of_place(place: str) -> None:
     """Source: manual chapter 5, 2, SI(00); head of FB_EmergencyStop: until it is released."""
     plc = _up()
     plc.change("Halt.Execute", to=True, scans=2)
@@ -145,7 +150,7 @@ def test_a_stop_that_is_moved_while_it_is_at_work_stays(place: str) -> None:
 
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize(("block", "hold"), [("Release", "HoldEmergency"), ("Go", "HoldStop")])
-def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
+def test_a_release_whose_call_moves_out_of_place_restores_the_hold(
     place: str, block: str, hold: str
 ) -> None:
     """Source: heads of FB_ServoOnFromEmergencyStop and FB_ProgramContinue."""
@@ -167,7 +172,7 @@ def test_a_release_that_is_moved_before_its_input_is_on_puts_the_hold_back(
 
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("place", PLACES)
-def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words: str) -> None:
+def test_requests_set_outside_of_the_area_blocks_are_dropped(place: str, words: str) -> None:
     """A request or code that is set before FB_ReadArea or after FB_WriteArea is dropped.
 
     It does not matter which block sets it.
@@ -186,8 +191,8 @@ def test_what_was_asked_for_outside_of_the_two_does_not_go_out(place: str, words
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> None:
-    """Before the first reading, the state of the controller is unknown.
+def test_a_block_called_before_the_first_read_area_is_refused() -> None:
+    """A block called before the first call of FB_ReadArea reports 16#8017, since no state is known.
 
     Source: docs/reference/errors.md, 16#8017.
     """
@@ -206,7 +211,7 @@ def test_a_block_that_is_called_before_the_first_reading_of_all_is_refused() -> 
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_an_output_of_positions_whose_block_moves_is_ended_by_the_status_reset(place: str) -> None:
+def test_a_position_output_is_ended_if_its_block_is_called_out_of_place(place: str) -> None:
     """Source: remote command guide 4.7.4, status reset."""
     plc = _up()
     plc["Watch.Enable"] = True
@@ -243,7 +248,7 @@ def test_a_block_that_changes_its_place_from_scan_to_scan_sends_at_most_once(ord
 
 
 @pytest.mark.parametrize("place", PLACES)
-def test_a_panel_out_of_place_starts_nothing_says_so_and_still_stops(place: str) -> None:
+def test_an_operator_panel_out_of_place_reports_it_and_can_only_stop(place: str) -> None:
     """Source: head of FB_Operator: Stop always acts; docs/reference/errors.md, 16#8017."""
     plc = _up()
     plc.outputs(SO02=False, scans=4)
@@ -263,9 +268,9 @@ def test_a_panel_out_of_place_starts_nothing_says_so_and_still_stops(place: str)
 
 @pytest.mark.parametrize("place", PLACES)
 def test_a_work_cycle_out_of_place_is_a_fault(place: str) -> None:
-    """Run starts the work as Execute does.
+    """If FB_WorkCycle is called before FB_ReadArea or after FB_WriteArea, it reports a fault.
 
-    A call before FB_ReadArea or after FB_WriteArea is therefore an error.
+    Its output Run starts the work like an edge of Execute.
 
     Source: docs/reference/errors.md, 16#8017.
     """
@@ -311,7 +316,7 @@ END_PROGRAM
 
 @pytest.fixture
 def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str, int], Cell]:
-    """Return a function that builds a cell and tries a relative movement of 10 mm at a place."""
+    """Return a function that calls a relative movement of 10 mm at a place in a new cell."""
 
     def tried(engine: str, skip: str, place: int) -> Cell:
         program = tmp_path / "Places.st"
@@ -329,7 +334,7 @@ def moved(build_cell: Callable[..., Cell], tmp_path: Path) -> Callable[[str, str
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("skip", ["never", "always"])
-def test_a_relative_movement_goes_its_way_once_or_not_at_all(
+def test_a_relative_movement_is_made_once_or_not_at_all(
     moved: Callable[[str, str, int], Cell], engine: str, skip: str
 ) -> None:
     """A relative movement is made once or not at all, with and without status 0x0100.

@@ -92,7 +92,9 @@ def test_an_image_may_be_as_small_as_its_area() -> None:
 
 
 def test_the_scans_of_robots_in_one_image_have_different_numbers() -> None:
-    """The scan numbers begin at m, so a block that is switched to another robot notices it.
+    """The scan numbers of a robot begin at its offset m.
+
+    A block that is given another RCX_REF therefore detects the change.
 
     Source: head of FB_RcxTakeHead, Start.
     """
@@ -103,7 +105,7 @@ def test_the_scans_of_robots_in_one_image_have_different_numbers() -> None:
         assert plc["Robot.Inner.Elapsed"] == (0 if scan == 49 else 10)
 
 
-def test_without_connection_nothing_of_the_area_is_believed() -> None:
+def test_without_connection_no_data_of_the_area_are_used() -> None:
     """Source: manual chapter 1, 5.2: communication is disabled in the connection error state."""
     plc = PlcBench()
     plc.answer(0x4000, [0x000C, 0x0258])
@@ -137,8 +139,8 @@ END_PROGRAM
 @pytest.mark.parametrize(
     ("block", "image"), [("FB_ReadArea", "InputArea"), ("FB_ReadAreaWords", "InputWords")]
 )
-def test_connected_left_open_is_no_connection(block: str, image: str) -> None:
-    """The pin Connected is FALSE until it is wired, because a lost link would not be noticed.
+def test_an_unwired_connected_pin_means_no_connection(block: str, image: str) -> None:
+    """If pin Connected is not wired, it is FALSE, so that a lost link cannot stay unnoticed.
 
     Source: manual chapter 1, 5.2: communication is disabled in the connection error state.
     """

@@ -30,7 +30,10 @@ END_CONFIGURATION
 
 
 def _counted(engine: str, gaps_us: Sequence[int]) -> tuple[list[int], int]:
-    """Return the count of each scan for these times between scans, and the sum."""
+    """Return the milliseconds counted in each scan, and their sum.
+
+    `gaps_us` are the times between the scans.
+    """
     program = compiled(_PROGRAM, engine)
     counted = []
     for now_us in accumulate(gaps_us, initial=5_000_000):
@@ -63,10 +66,11 @@ def test_from_65_s_on_it_is_65535_and_goes_on_from_there(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("scan_us", [1_000, 2_000, 4_000, 8_000, 16_000, 128_000, 333, 7_777])
-def test_a_long_run_loses_and_gains_nothing(engine: str, scan_us: int) -> None:
-    """On matiec about half of the time literals are one nanosecond short.
+def test_a_long_run_loses_and_gains_no_millisecond(engine: str, scan_us: int) -> None:
+    """After 3000 scans, the counted milliseconds equal the elapsed time.
 
-    The errors must not add up.
+    On matiec about half of the time literals are one nanosecond short. These errors must not add
+    up.
     """
     _, total = _counted(engine, [scan_us] * 3000)
     assert total == scan_us * 3000 // 1000

@@ -1,6 +1,6 @@
-"""Words 2 to 15 come from the area that FB_ReadArea read.
+"""Blocks read words 2 to 15 from the data of FB_ReadArea, not from the newer image.
 
-The last test checks that a hold stays if it is released and requested in the same scan.
+The last test concerns FB_RcxMakeHead: a hold that is released and requested in one scan stays.
 """
 
 from __future__ import annotations
@@ -28,10 +28,12 @@ def _reader(block: str) -> Alone:
     ],
 )
 @pytest.mark.parametrize("number", [2, 15, 24, 127])
-def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
+def test_a_shared_word_is_the_one_that_was_read_with_the_status(
     block: str, values: tuple[int, int], number: int
 ) -> None:
-    """The image may be newer than the status, which says to which command the word belongs.
+    """Words 2 to 15 come from the data that were read with the status; other words from the image.
+
+    The image may be newer than the status. Only the status shows the command of a word.
 
     Source: manual chapter 1, 4.1 and 4.2: words 2 to 15 are the responses of remote commands.
     """
@@ -62,7 +64,10 @@ def test_a_word_that_commands_share_is_the_one_that_was_read_with_the_status(
 def test_interval_and_margin_are_those_of_the_pins(
     twin: str, interval: int, margin: int, spacing: int
 ) -> None:
-    """SI(00) comes one spacing after the start of the PLC, and SI(06) one spacing after SI(00).
+    """Interval and margin are those of the pins of FB_WriteArea.
+
+    SI(00) turns ON interval plus margin after the start of the PLC, and SI(06) the same time after
+    SI(00).
 
     Source: manual chapter 5, 3.1, caution.
     """
@@ -84,9 +89,7 @@ def test_interval_and_margin_are_those_of_the_pins(
 
 
 @pytest.mark.parametrize(("name", "bit"), [("Emergency", 0x0001), ("Stop", 0x0040)])
-def test_a_hold_that_is_released_in_the_scan_in_which_it_is_asked_for_stays(
-    name: str, bit: int
-) -> None:
+def test_a_hold_that_is_requested_and_released_in_one_scan_stays(name: str, bit: int) -> None:
     """Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops."""
     head = Alone("FB_RcxMakeHead", {"Robot": "RCX_REF"})
     head["Robot.Connected"] = True

@@ -15,7 +15,7 @@ PROGRAM = ROOT / "tests/data/library/Areas.st"
 
 
 def _cell(build: Build, plc: int, robot: int, **options: object) -> Cell:
-    """Return a cell with areas of `plc` bytes in the PLC and its blocks."""
+    """Return a cell whose PLC and area blocks use areas of `plc` bytes."""
     cell = build(PROGRAM, scan="10ms", size=plc, robot=RobotConfig(size=robot), **options)
     for block in ("ReadArea", "WriteArea", "ReadBit", "WriteBit", "ReadWord", "WriteWord"):
         cell[f"Main.{block}.Size"] = plc

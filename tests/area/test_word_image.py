@@ -1,7 +1,7 @@
 """FB_ReadAreaWords and FB_WriteAreaWords use the same area in an image of words.
 
-AreasBench compares the twins after every scan. These tests check what such a comparison cannot
-show.
+AreasBench compares the blocks for bytes and for words after every scan. These tests check what that
+comparison cannot show.
 """
 
 from __future__ import annotations
@@ -52,8 +52,8 @@ def test_code_data_and_dedicated_inputs_go_to_their_words_and_no_others(size: in
     assert rest == bytes([0xA5] * (512 - 34))
 
 
-def test_both_twins_agree_in_every_scan_whatever_the_controller_answers() -> None:
-    """The answers are random. AreasBench compares the twins after each scan."""
+def test_images_of_bytes_and_words_agree_in_every_scan() -> None:
+    """The images of bytes and of words are equal in every scan, with random answers."""
     draw = Random(20)
     plc = AreasBench(m=10, n=20)
     plc["First.Code"], plc["First.Data[15]"] = 0x0505, 0xFFFF
@@ -107,7 +107,7 @@ def test_an_illegal_area_is_refused_as_in_an_image_of_bytes(
     assert plc.word_image == bytes([0xA5] * 512)
 
 
-def test_without_connection_nothing_of_the_image_of_words_is_believed() -> None:
+def test_without_connection_no_data_of_the_image_of_words_are_used() -> None:
     """Source: manual chapter 1, 5.2: communication is disabled in the connection error state."""
     plc = AreasBench()
     plc.answer(0x4000, [0x000C, 0x0258])
@@ -128,8 +128,11 @@ def test_a_smaller_image_is_told_by_its_size_in_bytes() -> None:
 
 
 @pytest.mark.parametrize("size", [0, 47, -32768])
-def test_no_area_lies_in_an_image_that_is_too_small(size: int) -> None:
-    """A small image is refused even if its size minus the area's size does not fit into an INT."""
+def test_an_image_that_is_too_small_is_refused(size: int) -> None:
+    """An image that is too small is refused.
+
+    This holds even if the difference of the sizes overflows an INT.
+    """
     plc = AreasBench(m=0, n=0)
     plc.change("ReadArea.ImageSize", "WriteArea.ImageSize", to=size)
     assert plc["ReadAreaW.ErrorID"] == plc["WriteAreaW.ErrorID"] == 0x8031

@@ -92,7 +92,7 @@ def test_words_go_out_with_the_lower_byte_first() -> None:
 @pytest.mark.parametrize(
     ("hold", "name"), [("HoldEmergency", "SI00"), ("HoldStop", "SI06")], ids=["SI00", "SI06"]
 )
-def test_an_input_that_a_block_holds_is_off_whatever_the_pin_says(hold: str, name: str) -> None:
+def test_an_input_held_by_a_block_is_off_even_if_its_pin_is_true(hold: str, name: str) -> None:
     """Source: manual chapter 5, 2, SI(00) and SI(06): OFF stops."""
     plc = PlcBench()
     plc.power_up()
@@ -112,7 +112,7 @@ def head() -> Alone:
     return Alone("FB_RcxMakeHead", {"Robot": "RCX_REF"})
 
 
-def test_times_beyond_all_measure_leave_no_time_of_32_bits(head: Alone) -> None:
+def test_very_long_times_do_not_overflow_32_bits(head: Alone) -> None:
     """If both times have their limit of 8 days, their sum stays below 2^31 ms (24.8 days)."""
     head.restart()
     head["Block.Interval"] = head["Block.Margin"] = "T#24d"
@@ -136,7 +136,7 @@ _DAY_MS = 86_400_000
 def test_each_time_has_its_own_limits_in_every_scan(
     head: Alone, interval: str, margin: str, spacing_ms: int, extra_ms: int
 ) -> None:
-    """The values of the times in earlier scans have no effect.
+    """Interval and Margin are limited separately, and their earlier values have no effect.
 
     Source: head of FB_RcxMakeHead: 8 days of each count.
     """
@@ -150,9 +150,7 @@ def test_each_time_has_its_own_limits_in_every_scan(
 
 
 @pytest.mark.parametrize("changed", [None, *range(1, 16)])
-def test_the_code_follows_only_data_of_which_no_word_has_changed(
-    head: Alone, changed: int | None
-) -> None:
+def test_the_code_is_sent_only_after_unchanged_data(head: Alone, changed: int | None) -> None:
     """Source: guide, chapter 2: the data of a command are there before its code."""
     head.restart()
     head["Block.Interval"] = "T#100ms"
@@ -175,7 +173,7 @@ _STATUSES = (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000)
 
 @pytest.mark.parametrize(("interval", "margin"), [(100, 20), (60, 30), (130, 0), (100, 70)])
 @pytest.mark.parametrize("seed", range(2))
-def test_what_goes_out_is_what_the_rules_ask_for(
+def test_every_written_area_follows_the_rules(
     head: Alone, seed: int, interval: int, margin: int
 ) -> None:
     """Source: chapter 5, 1 and 3; guide chapters 1, 2 and 4.2.6; design of the library, 2."""

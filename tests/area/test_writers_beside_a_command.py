@@ -31,7 +31,7 @@ _PROGRAM = """PROGRAM Bench
   END_IF;
 END_PROGRAM
 """
-#: Each writing block, with the numbers that it accepts and a value for each scan.
+#: Maps each writing block to the numbers that it accepts.
 _WRITERS = {
     "FB_WriteWord": range(2, 16),
     "FB_WriteDoubleWord": range(2, 16, 2),
@@ -57,7 +57,7 @@ def _bench(block: str, words: str, *, after: bool) -> PlcBench:
 @pytest.mark.parametrize("after", [False, True], ids=["before", "after"])
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("block", _WRITERS)
-def test_no_writing_block_changes_a_command_that_is_out(
+def test_no_writing_block_changes_a_command_that_was_sent(
     block: str, words: str, after: bool
 ) -> None:
     """Code and data do not change until the status has changed, in any order of calls.
@@ -92,7 +92,7 @@ def test_no_writing_block_changes_a_command_that_is_out(
 @pytest.mark.parametrize("after", [False, True], ids=["before", "after"])
 @pytest.mark.parametrize("words", ["", "Words"], ids=["bytes", "words"])
 @pytest.mark.parametrize("block", ["FB_WriteWord", "FB_WriteDoubleWord"])
-def test_between_commands_each_word_goes_out(block: str, words: str, after: bool) -> None:
+def test_between_commands_each_written_word_is_sent(block: str, words: str, after: bool) -> None:
     """Source: manual chapter 1, 4.1: SIW(2) to SIW(15) at n + 4 to n + 30."""
     plc = _bench(block, words, after=after)
     for number in _WRITERS[block]:

@@ -1,4 +1,4 @@
-"""`rcx bridge` works as a user starts it, and reports errors."""
+"""The command `rcx bridge` exchanges data between a PLC and a robot, and reports errors."""
 
 from __future__ import annotations
 
@@ -52,7 +52,10 @@ def plc(server: ModbusPlc) -> ModbusPlc:
 
 @pytest.fixture
 def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
-    """Return a function that runs `rcx bridge` between both sides, with time for slow computers."""
+    """Return a function that runs `rcx bridge` between the test's PLC and robot.
+
+    The time-outs are long.
+    """
 
     def start(*options: str) -> int:
         host, port = adapter.address
@@ -63,7 +66,7 @@ def bridge(plc: ModbusPlc, adapter: Adapter) -> Start:
 
 
 def press_ctrl_c(after: Callable[[], None]) -> threading.Thread:
-    """Send SIGINT to this process after `after`, if the bridge still runs."""
+    """Call `after` in a thread, then send SIGINT to this process if the bridge still runs."""
     before = signal.getsignal(signal.SIGINT)
 
     def press() -> None:
@@ -78,10 +81,10 @@ def press_ctrl_c(after: Callable[[], None]) -> threading.Thread:
     return thread
 
 
-def test_it_bridges_until_ctrl_c_and_leaves_zeros(
+def test_bridge_exchanges_until_ctrl_c_and_then_writes_zeros(
     bridge: Start, plc: ModbusPlc, adapter: Adapter, capsys: Captured
 ) -> None:
-    """A general purpose word passes in both directions."""
+    """One word passes in each direction. After Ctrl+C, the words in the PLC are zero."""
     plc.holds[2] = 0x1234
     seen: list[int] = []
 
@@ -99,7 +102,7 @@ def test_it_bridges_until_ctrl_c_and_leaves_zeros(
         assert bridge("--hold", "0s") == 0
     finally:
         thread.join()
-    assert seen == [0x0200], "SOW(0), little endian"
+    assert seen == [0x0200], "SOW(0) must be little endian"
     assert [plc.holds[1024 + k] for k in range(25)] == [0] * 25
     assert signal.getsignal(signal.SIGINT) == before
     out = capsys.readouterr().out
@@ -107,7 +110,7 @@ def test_it_bridges_until_ctrl_c_and_leaves_zeros(
     assert "the robot then loses its master" in out
 
 
-def test_quiet_says_nothing_as_long_as_all_is_well(
+def test_quiet_prints_nothing_if_there_is_no_error(
     bridge: Start, plc: ModbusPlc, capsys: Captured
 ) -> None:
     thread = press_ctrl_c(plc.wait_exchanges)
@@ -119,7 +122,7 @@ def test_quiet_says_nothing_as_long_as_all_is_well(
     assert (said.out, said.err) == ("", "")
 
 
-def test_the_registers_can_be_others(bridge: Start, plc: ModbusPlc) -> None:
+def test_options_choose_the_first_registers(bridge: Start, plc: ModbusPlc) -> None:
     thread = press_ctrl_c(plc.wait_exchanges)
     plc.requests.clear()
     try:
@@ -129,7 +132,7 @@ def test_the_registers_can_be_others(bridge: Start, plc: ModbusPlc) -> None:
     assert {(3, 100, 25), (16, 0, 25)} == set(plc.requests)
 
 
-def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
+def test_a_missing_plc_is_reported_in_one_line(capsys: Captured) -> None:
     assert main(["bridge", "--plc", "127.0.0.1:1", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert error.startswith("rcx: no Modbus TCP connection to 127.0.0.1:1: ")
@@ -137,14 +140,14 @@ def test_a_missing_plc_is_one_line(capsys: Captured) -> None:
     assert error.count("\n") == 1
 
 
-def test_a_missing_robot_is_one_line(plc: ModbusPlc, capsys: Captured) -> None:
+def test_a_missing_robot_is_reported_in_one_line(plc: ModbusPlc, capsys: Captured) -> None:
     assert main(["bridge", "--plc", f"127.0.0.1:{plc.port}", "--robot", "127.0.0.1:1"]) == 2
     error = capsys.readouterr().err
     assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in error
     assert error.count("\n") == 1
 
 
-def test_a_robot_that_has_a_master_is_not_taken_away(
+def test_a_robot_with_another_master_is_refused(
     bridge: Start, adapter: Adapter, capsys: Captured
 ) -> None:
     host, port = adapter.address
@@ -182,7 +185,7 @@ def test_a_robot_that_has_a_master_is_not_taken_away(
         (["--robot", "10.0.0.1:70000"], "--robot '10.0.0.1:70000' is not an address"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_a_bad_option_is_reported_in_one_line(
     bridge: Start, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert bridge(*options) == 2
@@ -191,7 +194,7 @@ def test_bad_input_is_one_line(
     assert error.count("\n") == 1
 
 
-def test_without_pymodbus_it_says_what_to_install(
+def test_a_missing_pymodbus_is_reported_with_the_install_command(
     bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
     for name in [name for name in sys.modules if name.startswith("rcx_harness.bridge.")]:
@@ -203,8 +206,8 @@ def test_without_pymodbus_it_says_what_to_install(
 
 
 @pytest.mark.exhaustive
-def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter) -> None:
-    """Both sides start later, and the bridge needs no restart."""
+def test_with_wait_the_bridge_starts_before_the_plc(adapter: Adapter) -> None:
+    """The bridge starts without a PLC, and connects to the PLC later without a restart."""
     host, port = adapter.address
     plc = ModbusPlc()
     plc.stop()
@@ -226,7 +229,7 @@ def test_with_wait_it_starts_before_either_side_and_finds_both(adapter: Adapter)
 
 
 def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
-    """docs/how-to/bridge.md is written by hand, so its table is compared with the options."""
+    """The table in docs/how-to/bridge.md is written by hand and must agree with the options."""
     page = (repository / "docs/how-to/bridge.md").read_text(encoding="utf-8")
     rows = dict(re.findall(r"^\| `(--[a-z]+)` \|.*\|([^|]*)\|$", page, re.MULTILINE))
     expected = {}
@@ -241,12 +244,12 @@ def test_the_page_names_every_option_with_its_default(repository: Path) -> None:
 @pytest.mark.exhaustive(but=["Loop-turn"])
 @pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
 @pytest.mark.parametrize(("part", "work"), [(Loop, "turn"), (Opener, "keep")])
-def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
+def test_the_command_ends_with_1_if_one_of_its_threads_ends(
     bridge: Start, monkeypatch: pytest.MonkeyPatch, capsys: Captured, part: type, work: str
 ) -> None:
-    """Two threads exchange data and hold the robot's connection.
+    """One thread exchanges data; another thread keeps the robot's connection open.
 
-    The end of either thread ends the command.
+    If either thread ends, `rcx bridge` ends with exit code 1.
     """
 
     def fail(worker: object) -> None:
@@ -258,9 +261,9 @@ def test_an_exchange_that_ends_by_itself_ends_the_command_with_1(
 
 
 def wait_for(running: Running, wanted: State) -> tuple[float, State, str]:
-    """Return the next report of this state."""
+    """Wait until the bridge reports the wanted state, and return this report."""
     while True:
         news = running.news.get(timeout=60)
-        assert news is not None, "the command has ended"
+        assert news is not None, "the bridge has ended before it reported the wanted state"
         if news[1] is wanted:
             return news

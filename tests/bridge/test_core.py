@@ -1,4 +1,4 @@
-"""Decisions of the bridge, tested with a simulated clock.
+"""The bridge decides in each exchange which data it sends to the PLC and to the robot.
 
 A scene has a PLC, a robot and the bridge between them. `Scene.go` runs one exchange.
 """
@@ -23,17 +23,17 @@ from rcx_harness.bridge.core import (
 _MS = 1_000
 _PERIOD_US = 10 * _MS
 _LIMITS = Limits(gap_us=100 * _MS, beat_us=500 * _MS, hold_us=200 * _MS)
-#: SI(00) and SI(06) ON (byte 32), and a general-purpose bit SI(20) (byte 34). Code and data are 0.
+#: A PLC area in which SI(00), SI(06) (byte 32) and SI(20) (byte 34) are ON. Code and data are 0.
 _REQUESTING = bytes(32) + bytes([0x41, 0x00, 0x01]) + bytes(13)
 _NOT_REQUESTING = bytes(34) + bytes([0x01]) + bytes(13)
-#: Status 0x0200, SOW(2) = 0x1234, SO(01) CPU_OK.
+#: An area of the robot: status 0x0200, SOW(2) = 0x1234, and SO(01) CPU_OK is ON.
 _ANSWERS = b"\x00\x02\x00\x00\x34\x12" + bytes(26) + b"\x02" + bytes(15)
 _ZERO = bytes(48)
 
 
 @dataclass
 class Scene:
-    """The state of both sides, and the resulting actions of the bridge."""
+    """A simulated PLC, a simulated robot, and the latest actions of the bridge between them."""
 
     limits: Limits = _LIMITS
     area: bytes = _NOT_REQUESTING
@@ -49,7 +49,7 @@ class Scene:
         self.bridge = Bridge(len(self.area), self.limits)
 
     def go(self, times: int = 1, after_us: int = _PERIOD_US) -> Actions:
-        """Run some exchanges, `after_us` apart."""
+        """Run `times` exchanges at intervals of `after_us`, and return the last actions."""
         for _ in range(times):
             self.now_us += after_us
             self.beat = (self.beat + self.beats) & 0xFFFF
@@ -61,17 +61,19 @@ class Scene:
         return self.last
 
     def assert_safe(self) -> None:
-        """Check that no data reach either side."""
+        """Check that the bridge sends only zeros to the robot and to the PLC."""
         assert self.last.to_robot == _ZERO
         assert self.last.to_plc == (0,) * 24
         assert self.last.life == 0
 
     def until_run(self, most: int = 100) -> int:
-        """Exchange until the bridge runs."""
+        """Exchange data until the bridge runs, and return the number of exchanges."""
         for count in range(1, most + 1):
             if self.go().state is State.RUN:
                 return count
-        raise AssertionError(f"{most} exchanges, and still {self.last.state}: {self.last.reason}")
+        raise AssertionError(
+            f"{most} exchanges, but the state is still {self.last.state}: {self.last.reason}"
+        )
 
 
 @pytest.fixture
@@ -87,8 +89,8 @@ def running(scene: Scene) -> Scene:
     return scene
 
 
-def test_words_are_little_endian_as_the_library_reads_them() -> None:
-    """Byte m is the low half of SOW(0), byte m + 1 the high half.
+def test_words_are_little_endian() -> None:
+    """Byte m is the low byte of SOW(0), and byte m + 1 is the high byte.
 
     Source: manual chapter 1, 4.1.
     """
@@ -97,12 +99,12 @@ def test_words_are_little_endian_as_the_library_reads_them() -> None:
     assert area_of(words_of(_ANSWERS)) == _ANSWERS
 
 
-def test_at_the_start_the_plc_sees_no_connection_for_the_hold_time() -> None:
-    """The first answer is followed by 200 ms of zeros: exchanges 1, 2 and 20 more."""
+def test_at_the_start_the_plc_receives_zeros_for_the_hold_time() -> None:
+    """The PLC receives zeros for 200 ms before the bridge runs, so it runs in the 22nd exchange."""
     assert Scene().until_run() == 22
 
 
-def test_while_it_runs_both_areas_pass_and_the_life_word_is_another_each_time(
+def test_while_the_bridge_runs_both_areas_pass_and_the_life_word_changes(
     running: Scene,
 ) -> None:
     first = running.go()
@@ -110,17 +112,17 @@ def test_while_it_runs_both_areas_pass_and_the_life_word_is_another_each_time(
     assert running.go().life == first.life + 1
 
 
-def test_the_life_word_is_never_0_while_it_runs() -> None:
+def test_the_life_word_is_never_0_while_the_bridge_runs() -> None:
     scene = Scene()
     scene.until_run()
     lives = [scene.go(after_us=1).life for _ in range(0x10000)]
     assert 0 not in lives
     assert max(lives) == 0xFFFF
-    assert 1 in lives, "the life word wraps to 1"
+    assert 1 in lives, "the life word must wrap from 65535 to 1"
 
 
-def test_a_lost_plc_is_zero_on_the_wire_at_once(running: Scene) -> None:
-    """SI(00), SI(06) and all other data are zero.
+def test_after_a_loss_of_the_plc_the_robot_receives_zeros_at_once(running: Scene) -> None:
+    """If the PLC is lost, the next packet to the robot is zero, with SI(00) and SI(06) OFF.
 
     Source: manual chapter 1, 5.2.
     """
@@ -129,17 +131,17 @@ def test_a_lost_plc_is_zero_on_the_wire_at_once(running: Scene) -> None:
     assert running.last.reason == "gone"
 
 
-def test_a_lost_robot_is_zero_in_the_plc_at_once(running: Scene) -> None:
+def test_after_a_loss_of_the_robot_the_plc_receives_zeros_at_once(running: Scene) -> None:
     running.robot_there = False
     assert running.go().state is State.NO_ROBOT
     assert running.last.reason == "cut"
 
 
 @pytest.mark.parametrize("side", ["plc_there", "robot_there"])
-def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedicated_inputs(
+def test_after_a_loss_the_plc_must_clear_code_and_dedicated_inputs(
     running: Scene, side: str
 ) -> None:
-    """A command that was running, or SI(00), must not start again by itself."""
+    """After a loss, neither a command nor SI(00) may turn ON again by itself."""
     setattr(running, side, False)
     running.go()
     setattr(running, side, True)
@@ -149,7 +151,7 @@ def test_after_any_loss_nothing_passes_until_the_plc_has_cleared_code_and_dedica
     assert running.go().reason == "it still holds the remote command 16#0001"
     running.area = _NOT_REQUESTING
     assert running.go().state is State.RUN
-    assert running.last.to_robot == _NOT_REQUESTING, "the PLC may keep general-purpose inputs"
+    assert running.last.to_robot == _NOT_REQUESTING, "general-purpose inputs may stay ON"
 
 
 @pytest.mark.parametrize(
@@ -162,7 +164,7 @@ def test_only_the_code_and_the_dedicated_inputs_must_be_clear(word: int) -> None
 
 
 @pytest.mark.parametrize("at", [0, 1, 32, 33])
-def test_each_byte_of_the_two_counts(at: int) -> None:
+def test_each_byte_of_code_and_dedicated_inputs_must_be_clear(at: int) -> None:
     area = bytearray(48)
     area[at] = 0x80
     scene = Scene(area=bytes(area))
@@ -172,15 +174,15 @@ def test_each_byte_of_the_two_counts(at: int) -> None:
 def test_a_short_loss_of_the_robot_is_shown_to_the_plc_for_the_whole_hold_time(
     scene: Scene,
 ) -> None:
-    """FB_ReadArea.Connected must be FALSE for at least one scan."""
+    """The hold time ensures that FB_ReadArea.Connected is FALSE for at least one scan."""
     scene.until_run()
     scene.robot_there = False
     scene.go()
     scene.robot_there = True
-    assert scene.until_run() == 21, "the first answer to the zeros, then 200 ms"
+    assert scene.until_run() == 21, "one exchange until the first answer, then 200 ms"
 
 
-def test_the_hold_time_of_a_lost_plc_begins_with_the_first_writing_it_has_taken(
+def test_after_a_loss_of_the_plc_the_hold_time_begins_with_the_first_write(
     scene: Scene,
 ) -> None:
     scene.until_run()
@@ -190,7 +192,7 @@ def test_the_hold_time_of_a_lost_plc_begins_with_the_first_writing_it_has_taken(
     assert scene.until_run() == 22
 
 
-def test_a_plc_that_comes_and_goes_begins_again_each_time() -> None:
+def test_after_each_loss_of_the_plc_the_hold_time_begins_again() -> None:
     scene = Scene()
     for _ in range(10):
         scene.plc_there = True
@@ -200,17 +202,17 @@ def test_a_plc_that_comes_and_goes_begins_again_each_time() -> None:
 
 
 def test_time_without_a_robot_counts_for_the_hold_time() -> None:
-    """While there is no robot, the PLC already sees a loss. This time counts as hold time."""
+    """Without a robot the PLC receives zeros. This time counts as hold time."""
     scene = Scene(robot_there=False)
     scene.go(50)
     scene.robot_there = True
     assert scene.until_run() == 1
 
 
-def test_a_program_that_has_not_run_since_the_loss_delays_the_restart() -> None:
-    """The program counts as running after two beats.
+def test_the_bridge_restarts_only_if_the_program_has_run_since_the_loss() -> None:
+    """The bridge waits for two changes of the heartbeat.
 
-    The first beat may be from a scan before the loss.
+    The first change may come from a scan before the loss.
     """
     scene = Scene(beats=False, limits=Limits(_LIMITS.gap_us, 60_000 * _MS, _LIMITS.hold_us))
     assert scene.go(100).reason == "its program has not run since"
@@ -220,19 +222,19 @@ def test_a_program_that_has_not_run_since_the_loss_delays_the_restart() -> None:
     assert scene.go().state is State.RUN
 
 
-def test_a_heartbeat_that_stands_still_is_the_loss_of_the_plc(running: Scene) -> None:
-    """The Modbus server still answers, but the program has stopped."""
+def test_a_constant_heartbeat_is_a_loss_of_the_plc(running: Scene) -> None:
+    """The PLC counts as lost if its Modbus server answers, but its program has stopped."""
     running.beats = False
-    assert running.go(50).state is State.RUN, "exactly 500 ms are not too long"
+    assert running.go(50).state is State.RUN, "500 ms are within the limit"
     assert running.go().state is State.STANDING
     assert running.last.reason == f"its heartbeat has been {running.beat} for 510 ms"
     assert running.go(1000).state is State.STANDING
     running.beats, running.area = True, _NOT_REQUESTING
     assert running.go().state is State.CLEARING
-    assert running.until_run() == 20, "200 ms after the first beat"
+    assert running.until_run() == 20, "the hold time is 200 ms"
 
 
-def test_a_slow_heartbeat_is_one(running: Scene) -> None:
+def test_a_slow_heartbeat_is_accepted(running: Scene) -> None:
     running.beats = False
     for _ in range(10):
         assert running.go(49).state is State.RUN
@@ -240,21 +242,21 @@ def test_a_slow_heartbeat_is_one(running: Scene) -> None:
         assert running.go().state is State.RUN
 
 
-def test_without_a_heartbeat_the_word_is_not_looked_at() -> None:
+def test_without_heartbeat_monitoring_the_word_is_ignored() -> None:
     scene = Scene(beats=False, limits=Limits(_LIMITS.gap_us, 0, _LIMITS.hold_us))
     assert scene.until_run() == 22
     scene.area = _REQUESTING
     assert scene.go(10_000).state is State.RUN
 
 
-def test_a_wrap_of_the_heartbeat_is_a_beat() -> None:
+def test_a_heartbeat_may_wrap_to_0() -> None:
     scene = Scene(beat=0xFFF0)
     scene.until_run()
     assert scene.go(0x20).state is State.RUN
 
 
-def test_two_readings_too_far_apart_are_the_loss_of_the_plc(running: Scene) -> None:
-    """Two changes of dedicated inputs could be sent together.
+def test_a_long_gap_between_two_readings_is_a_loss_of_the_plc(running: Scene) -> None:
+    """After a long gap between two readings, two changes of inputs could be sent together.
 
     Source: manual chapter 5, 3, caution: 100 ms between two changes.
     """
@@ -266,7 +268,7 @@ def test_two_readings_too_far_apart_are_the_loss_of_the_plc(running: Scene) -> N
     running.until_run()
 
 
-def test_the_gap_counts_from_the_question_before_to_this_answer(scene: Scene) -> None:
+def test_the_gap_is_measured_from_the_last_request_to_this_answer(scene: Scene) -> None:
     scene.until_run()
     asked_us = scene.now_us
     scene.beat += 1
@@ -275,19 +277,19 @@ def test_the_gap_counts_from_the_question_before_to_this_answer(scene: Scene) ->
     assert actions.state is State.NO_PLC
 
 
-def test_a_gap_does_no_harm_while_nothing_passes() -> None:
+def test_a_gap_is_accepted_while_the_bridge_sends_zeros() -> None:
     scene = Scene()
     scene.go()
     assert scene.go(after_us=5_000 * _MS).state is State.CLEARING
     assert scene.until_run() == 20
 
 
-def test_the_plc_is_named_before_the_robot_when_both_are_gone(running: Scene) -> None:
+def test_if_plc_and_robot_are_lost_the_plc_is_reported(running: Scene) -> None:
     running.plc_there = running.robot_there = False
     assert running.go().state is State.NO_PLC
 
 
-def test_areas_of_256_bytes_pass_too() -> None:
+def test_areas_of_256_bytes_pass() -> None:
     area = bytes(48) + bytes(range(208))
     scene = Scene(area=area)
     seen = (PlcSeen(area, beat, 10 * _MS * beat) for beat in range(1, 40))

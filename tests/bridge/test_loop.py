@@ -1,4 +1,4 @@
-"""Order, duration and failures of the bridge's exchange, tested with a simulated clock."""
+"""The bridge exchanges data in a fixed order and in time, and handles failures."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _ANSWERS = bytes(range(48))
 
 @dataclass
 class Room(PlcLink):
-    """A simulated PLC with a clock, which records the calls of the loop in their order."""
+    """A simulated PLC with a clock. It records the loop's calls in their order."""
 
     now_us: int = 0
     done: list[tuple[str, object]] = field(default_factory=list)
@@ -33,12 +33,12 @@ class Room(PlcLink):
         return self.now_us
 
     def connect(self) -> None:
-        """Connect the PLC."""
+        """Simulate a connection to the PLC."""
         self._do("connect")
         self.connected = True
 
     def read(self) -> tuple[int, ...]:
-        """Return the words with the next heartbeat."""
+        """Increment the heartbeat, and return all words of the PLC."""
         self._do("read")
         self.words[24] += 1
         return tuple(self.words)
@@ -55,14 +55,14 @@ class Room(PlcLink):
             raise PlcError(f"{what} failed")
 
     def names(self) -> list[str]:
-        """Return the calls since the last call of this function."""
+        """Return the names of the recorded calls, and clear the record."""
         names = [name for name, _ in self.done]
         self.done.clear()
         return names
 
 
 class Robot(RobotLink):
-    """A simulated robot, which records its calls together with those of the PLC."""
+    """A simulated robot. It records its calls in the same list as the PLC's calls."""
 
     def __init__(self, room: Room) -> None:
         self.room = room
@@ -71,7 +71,7 @@ class Robot(RobotLink):
         self.image = b""
 
     def read(self) -> bytes | Lost:
-        """Return the area, or Lost if the robot is not connected."""
+        """Return the robot's area, or Lost if the robot is not connected."""
         return _ANSWERS if self.there else Lost("cut")
 
     def write(self, image: bytes, valid_us: int | None) -> None:
@@ -105,7 +105,7 @@ def loop(room: Room, robot: Robot, news: list[tuple[State, str]]) -> Loop:
 
 
 def run(loop: Loop, room: Room) -> None:
-    """Exchange until the bridge runs."""
+    """Exchange data until the bridge runs, then clear the recorded calls."""
     for _ in range(100):
         room.now_us += 6_000
         if loop.turn().state is State.RUN:
@@ -114,14 +114,14 @@ def run(loop: Loop, room: Room) -> None:
     raise AssertionError(loop.reason)
 
 
-def test_the_robot_has_its_words_before_the_plc_is_written(loop: Loop, room: Room) -> None:
+def test_the_robot_is_written_before_the_plc(loop: Loop, room: Room) -> None:
     loop.turn()
     assert room.names() == ["connect", "read", "robot", "write"]
     loop.turn()
     assert room.names() == ["read", "robot", "write"]
 
 
-def test_the_plcs_words_and_its_life_word_go_in_one_writing(loop: Loop, room: Room) -> None:
+def test_the_plcs_words_and_its_life_word_are_written_together(loop: Loop, room: Room) -> None:
     run(loop, room)
     actions = loop.turn()
     assert dict(room.done)["write"] == (*words_of(_ANSWERS), actions.life)
@@ -129,20 +129,18 @@ def test_the_plcs_words_and_its_life_word_go_in_one_writing(loop: Loop, room: Ro
     assert loop.turn().to_robot == b"\x01\x02\x00\x00\xfe\xff" + bytes(42)
 
 
-def test_the_plcs_words_are_sent_for_a_limited_time_zeros_for_ever(
-    loop: Loop, room: Room, robot: Robot
-) -> None:
-    """A bridge process that hangs must not keep the robot moving."""
+def test_the_plcs_words_expire_but_zeros_do_not(loop: Loop, room: Room, robot: Robot) -> None:
+    """The PLC's words expire after 200 ms, so a bridge that hangs cannot keep the robot moving."""
     loop.turn()
     assert robot.valid_us is None
     run(loop, room)
-    assert robot.valid_us == 200_000, "twice the longest gap"
+    assert robot.valid_us == 200_000, "the words must expire after 200 ms"
     room.fails.add("read")
     loop.turn()
     assert robot.valid_us is None
 
 
-def test_a_reading_that_fails_is_zero_at_the_robot_in_the_same_exchange(
+def test_if_reading_fails_the_robot_receives_zeros_in_the_same_exchange(
     loop: Loop, room: Room, robot: Robot
 ) -> None:
     run(loop, room)
@@ -155,7 +153,7 @@ def test_a_reading_that_fails_is_zero_at_the_robot_in_the_same_exchange(
     assert robot.image == bytes(48)
 
 
-def test_a_writing_that_fails_is_zero_at_the_robot_before_anything_is_waited_for(
+def test_if_writing_fails_the_robot_receives_zeros_before_the_next_request(
     loop: Loop, room: Room, robot: Robot
 ) -> None:
     run(loop, room)
@@ -168,20 +166,24 @@ def test_a_writing_that_fails_is_zero_at_the_robot_before_anything_is_waited_for
     assert (loop.state, loop.reason) == (State.NO_PLC, "write failed")
 
 
-def test_a_plc_that_is_not_there_is_asked_again_after_half_a_second(loop: Loop, room: Room) -> None:
+def test_the_connection_to_a_missing_plc_is_retried_after_half_a_second(
+    loop: Loop, room: Room
+) -> None:
     room.fails.add("connect")
     loop.turn()
     assert room.names() == ["connect", "robot"]
     room.now_us += 499_999
     loop.turn()
     assert room.names() == ["robot"]
-    assert loop.reason == "connect failed", "the reason does not change"
+    assert loop.reason == "connect failed", "the reason must not change"
     room.now_us += 1
     loop.turn()
     assert room.names() == ["connect", "robot"]
 
 
-def test_a_refusal_leaves_the_connection_and_is_asked_again_at_once(loop: Loop, room: Room) -> None:
+def test_a_refused_request_is_repeated_at_once_on_the_same_connection(
+    loop: Loop, room: Room
+) -> None:
     run(loop, room)
     room.fails.add("read")
     loop.turn()
@@ -203,31 +205,34 @@ def test_each_change_of_state_is_reported_once(
     assert news[2:] == [(State.NO_ROBOT, "cut")]
 
 
-def test_at_the_end_both_sides_have_zeros(loop: Loop, room: Room, robot: Robot) -> None:
+def test_at_the_end_plc_and_robot_receive_zeros(loop: Loop, room: Room, robot: Robot) -> None:
     run(loop, room)
     loop.end()
     assert room.done == [("robot", bytes(48)), ("write", (0,) * 25)]
     assert robot.valid_us is None
     room.connected = False
     loop.end()
-    assert room.names()[2:] == ["robot"], "a side that is not connected gets no data"
+    assert room.names()[2:] == ["robot"], "only the robot must get data"
 
 
-def test_a_plc_that_fails_during_the_last_writing_does_no_harm(loop: Loop, room: Room) -> None:
+def test_an_error_of_the_last_write_is_ignored(loop: Loop, room: Room) -> None:
     run(loop, room)
     room.fails.add("write")
     loop.end()
 
 
-def test_figures_are_of_the_exchanges_that_succeeded(loop: Loop, room: Room) -> None:
-    """Reading and writing take 2 ms each, and there is an exchange every 10 ms."""
+def test_figures_count_only_successful_exchanges(loop: Loop, room: Room) -> None:
+    """Failed exchanges do not change the figures.
+
+    Reading and writing take 2 ms each, and there is an exchange every 10 ms.
+    """
     run(loop, room)
     for _ in range(20):
         room.now_us += 6_000
         loop.turn()
     rate = loop.figures.look(room.now_us + 3_000)
     assert (rate.median_us, rate.age_us) == (4_000, 3_000)
-    assert rate.max_us == 6_000, "the first exchange had to connect"
+    assert rate.max_us == 6_000, "the longest exchange includes the connect"
     assert rate.per_second == pytest.approx(100.0)
     room.fails.add("read")
     loop.turn()
@@ -267,7 +272,7 @@ def test_the_figures_are_one_line() -> None:
     )
 
 
-def test_figures_of_another_time_are_not_shown() -> None:
+def test_old_figures_are_not_shown() -> None:
     figures = Figures()
     assert plc_text(figures.look(0)) == "PLC: no exchange yet"
     figures.add(0, 500)
@@ -276,8 +281,8 @@ def test_figures_of_another_time_are_not_shown() -> None:
     assert robot_text((_SEEN, 2_000_000)) == "robot: no packet for 2.0 s"
 
 
-def test_an_area_and_the_word_behind_it_are_one_request_of_48_two_of_256_bytes() -> None:
-    """One Modbus request can read 125 registers or write 123.
+def test_48_bytes_need_one_request_and_256_bytes_need_two() -> None:
+    """One Modbus request can read 125 registers or write 123, so 256 bytes need two requests.
 
     A double word is never divided between two requests.
     """
@@ -295,15 +300,13 @@ def test_an_area_and_the_word_behind_it_are_one_request_of_48_two_of_256_bytes()
         ((1024, 1000, 48), "the registers 1024 to 1048 and 1000 to 1024 overlap"),
     ],
 )
-def test_registers_that_cannot_be_are_bad_input(
-    registers: tuple[int, int, int], message: str
-) -> None:
+def test_impossible_registers_are_rejected(registers: tuple[int, int, int], message: str) -> None:
     with pytest.raises(InputError) as refused:
         Registers(*registers)
     assert message in str(refused.value)
 
 
-def test_the_last_registers_and_neighbours_can_be_used() -> None:
+def test_the_last_registers_and_adjacent_areas_are_accepted() -> None:
     assert Registers(0, 65_511, 48).text(65_511) == "65511 to 65535"
     assert Registers(25, 0, 48).words == 24
 

@@ -1,4 +1,4 @@
-"""The OpenPLC example runs behind the bridge, with the virtual controller on the other side."""
+"""The OpenPLC example controls the virtual controller through the bridge."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ _FIRST_MEMORY = 1024
 
 
 class OpenPlc:
-    """The example on the built-in engine, with its located words in Modbus registers as in OpenPLC.
+    """The OpenPLC example on the built-in engine, with its located words in Modbus registers.
 
     %QWk is holding register k, and %MWk is holding register 1024 + k.
     """
@@ -33,7 +33,7 @@ class OpenPlc:
         self._to = {k: words[f"%QW{k}"] for k in range(25)}
 
     def scan(self, now_us: int, holds: dict[int, int]) -> None:
-        """Run one scan between two Modbus requests."""
+        """Copy the registers into the program, run one scan, and copy its outputs back."""
         for k, path in self._from.items():
             self.program.write(path, holds.get(_FIRST_MEMORY + k, 0))
         self.program.scan(now_us)
@@ -42,7 +42,7 @@ class OpenPlc:
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[tuple[Program, object]]:
-    """Return the example and its state before the first scan."""
+    """Return the compiled example program and its state before the first scan."""
     program = build(source_files(sorted(_EXAMPLE.glob("*.st")), None).all, "builtin").program
     yield program, program.snapshot()
     program.close()
@@ -65,7 +65,7 @@ def bench(plc: OpenPlc) -> Iterator[BridgeBench]:
 
 
 def power_up(bench: BridgeBench, plc: OpenPlc) -> None:
-    """Press the button, and wait until the servos are on and SI(01) is withdrawn."""
+    """Press the Start button, and wait until the servos are on and SI(01) is OFF again."""
     plc.program.write("Main.Start", True)
     bench.step(5)
     plc.program.write("Main.Start", False)
@@ -81,7 +81,7 @@ def dedicated(bench: BridgeBench) -> int:
 def test_the_button_switches_the_servos_on_and_no_rule_is_broken(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
-    """The initial servo ON process has 100 ms between two changes at the controller.
+    """The button turns the servos on, and the controller sees 100 ms between two changes.
 
     Source: manual chapter 5, 3.1 and caution.
     """
@@ -94,10 +94,10 @@ def test_the_button_switches_the_servos_on_and_no_rule_is_broken(
 
 
 @pytest.mark.exhaustive
-def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
+def test_a_loss_of_the_plc_stops_the_robot_and_its_servos_stay_off(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
-    """SI(00) and SI(06) are OFF in the next packet. Nothing starts again by itself.
+    """After a loss of the PLC, SI(00) and SI(06) are OFF. The servos stay off when the PLC is back.
 
     Source: manual chapter 1, 5.2.
     """
@@ -109,7 +109,7 @@ def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
     assert not bench.controller.machine.si00
     assert not bench.controller.machine.si06
     bench.step(30)
-    assert not plc.program.read("Main.Connected"), "the life word does not change"
+    assert not plc.program.read("Main.Connected"), "the life word has stopped"
 
     bench.plc.start()
     bench.until(lambda: bench.loop.state is State.RUN)
@@ -121,10 +121,10 @@ def test_a_lost_plc_stops_the_robot_and_comes_back_without_a_servo(
 
 
 @pytest.mark.exhaustive
-def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
+def test_the_program_detects_a_loss_of_the_robot_and_then_its_alarm(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:
-    """After the recovery there is alarm 12.552, which needs an alarm reset and then servo on.
+    """When the robot is back, alarm 12.552 is active. It needs an alarm reset and then servo on.
 
     Source: manual chapter 1, 5.2; chapter 4, 4.
     """
@@ -151,8 +151,8 @@ def test_a_lost_robot_is_seen_by_the_program_and_comes_back_with_its_alarm(
 
 
 @pytest.mark.exhaustive
-def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) -> None:
-    """The program's Modbus server continues to answer with the last words."""
+def test_if_the_program_stops_the_bridge_stops_the_robot(bench: BridgeBench, plc: OpenPlc) -> None:
+    """If the program stops, the bridge stops the robot although the Modbus server still answers."""
     power_up(bench, plc)
     program = plc.program
     plc.scan = lambda now_us, holds: None  # type: ignore[method-assign]
@@ -165,8 +165,11 @@ def test_a_program_that_stops_stops_the_robot(bench: BridgeBench, plc: OpenPlc) 
     )
 
 
-def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[..., Cell]) -> None:
-    """The life word follows the inputs in %MW. A loss of the link sets these words to 0."""
+def test_the_example_runs_in_a_virtual_cell(build_cell: Callable[..., Cell]) -> None:
+    """In a virtual cell, %MW contains the inputs and the life word.
+
+    A loss of the link sets them to 0.
+    """
     cell = build_cell(sorted(_EXAMPLE.glob("*.st")), engine="builtin")
     Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
     cell.run_until(lambda: cell["Main.Complete"], within="3s")
@@ -181,8 +184,8 @@ def test_it_runs_in_the_virtual_cell_as_behind_a_bridge(build_cell: Callable[...
 
 
 @pytest.mark.exhaustive
-def test_areas_of_256_bytes_pass_whole() -> None:
-    """The test checks the first and the last word in both directions.
+def test_areas_of_256_bytes_pass_completely() -> None:
+    """In areas of 256 bytes, the first and the last words reach the other side.
 
     Source: manual chapter 1, 4.2.
     """

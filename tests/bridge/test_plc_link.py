@@ -1,4 +1,4 @@
-"""The PLC's registers are accessed over real Modbus TCP, with a pymodbus server as the PLC."""
+"""The bridge reads and writes registers over Modbus TCP. The PLC is a pymodbus server."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def server() -> Iterator[ModbusPlc]:
 
 @pytest.fixture
 def plc(server: ModbusPlc) -> ModbusPlc:
-    """Return the server with empty registers."""
+    """Return the Modbus server with empty registers and no pending faults."""
     server.holds.clear()
     server.requests.clear()
     server.refuses, server.deaf = None, False
@@ -32,7 +32,7 @@ def plc(server: ModbusPlc) -> ModbusPlc:
 
 @pytest.fixture
 def link_to(plc: ModbusPlc) -> Iterator[Callable[..., PlcLink]]:
-    """Return a function that makes connected links, which are closed after the test."""
+    """Return a function that makes connected links. They are closed after the test."""
     links: list[PlcLink] = []
 
     def make(*registers: int, unit: int = 1, timeout_s: float = _LONG_S) -> PlcLink:
@@ -50,7 +50,7 @@ def link_to(plc: ModbusPlc) -> Iterator[Callable[..., PlcLink]]:
 def test_the_plcs_outputs_are_read_and_its_memory_is_written_by_one_request_each(
     plc: ModbusPlc, link_to: Callable[..., PlcLink]
 ) -> None:
-    """OpenPLC: %QW0 is holding register 0, %MW0 holding register 1024."""
+    """In OpenPLC, %QW0 is holding register 0 and %MW0 is holding register 1024."""
     plc.holds.update({0: 0x1234, 23: 0xFFFF, 24: 7})
     link = link_to()
     assert link.read() == (0x1234, *[0] * 22, 0xFFFF, 7)
@@ -95,15 +95,15 @@ def test_after_a_refusal_the_connection_stays(
     assert link.read() == (0,) * 25
 
 
-def test_another_unit_is_refused_by_a_plc_that_looks_at_it(link_to: Callable[..., PlcLink]) -> None:
+def test_a_plc_may_refuse_another_unit_identifier(link_to: Callable[..., PlcLink]) -> None:
     with pytest.raises(PlcError, match="was refused: Modbus exception"):
         link_to(unit=9).read()
 
 
-def test_an_answer_that_is_late_ends_the_connection(
+def test_a_late_answer_closes_the_connection(
     plc: ModbusPlc, link_to: Callable[..., PlcLink]
 ) -> None:
-    """A late answer must not be used for the next request."""
+    """After a late answer the link is closed, so the answer cannot be used for the next request."""
     link = link_to(timeout_s=_SHORT_S)
     plc.deaf = True
     with pytest.raises(PlcError, match="holding registers 0 to 24: no answer within 50 ms"):
@@ -116,7 +116,7 @@ def test_an_answer_that_is_late_ends_the_connection(
     link.connect()
 
 
-def test_a_plc_that_goes_and_comes_is_found_again(
+def test_the_link_reconnects_to_a_plc_that_restarts(
     plc: ModbusPlc, link_to: Callable[..., PlcLink]
 ) -> None:
     link = link_to()

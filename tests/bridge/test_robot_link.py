@@ -1,4 +1,4 @@
-"""The robot's side of the bridge: reasons for which its connection continues or ends."""
+"""The bridge opens, keeps and replaces its connection to the robot."""
 
 from __future__ import annotations
 
@@ -21,27 +21,27 @@ _MOST_POLLS = 60_000
 
 
 class Network:
-    """A network that returns its scanners one after the other."""
+    """A simulated network in which each new connection uses the next of the given scanners."""
 
     def __init__(self, *scanners: FakeScanner) -> None:
         self.scanners = list(scanners)
         self.link = RobotLink("robot", 48, self.connect)
 
     def connect(self) -> FakeScanner:
-        """Return the next scanner. If none is left, no robot answers."""
+        """Return the next scanner, or raise EnipError if no scanner is left."""
         if not self.scanners:
             raise EnipError("nobody there")
         return self.scanners.pop(0)
 
 
-def test_the_first_packet_of_a_connection_asks_for_nothing() -> None:
+def test_the_first_packet_of_a_connection_is_zero() -> None:
     scanner = FakeScanner()
     Network(scanner).link.opener.open()
     assert scanner.done == ["write", "open"]
     assert scanner.written == [(bytes(48), None)]
 
 
-def test_before_packets_come_the_robot_is_not_there() -> None:
+def test_the_robot_is_lost_until_its_first_packet() -> None:
     scanner = FakeScanner()
     link = Network(scanner).link
     assert link.read() == Lost("robot: not connected yet")
@@ -72,7 +72,7 @@ def test_a_connection_that_has_ended_is_replaced(end: str) -> None:
     assert second.done == ["write", "open"]
 
 
-def test_without_a_robot_the_reason_is_reported_and_retries_do_no_harm() -> None:
+def test_without_a_robot_the_reason_is_reported_after_each_retry() -> None:
     link = Network().link
     link.opener.keep()
     link.opener.keep()
@@ -112,22 +112,22 @@ def link(adapter: Adapter) -> Iterator[RobotLink]:
 
 
 def until(what: Callable[[], bool]) -> None:
-    """Poll until the condition holds."""
+    """Poll every millisecond until the condition is true."""
     pause = threading.Event()
     for _ in range(_MOST_POLLS):
         if what():
             return
         pause.wait(0.001)
-    raise AssertionError("the condition was never true")
+    raise AssertionError("the condition did not become true")
 
 
 def received(link: RobotLink) -> int:
-    """Return the packets that have arrived from the adapter."""
+    """Return the number of packets that the bridge has received from the adapter."""
     look = link.look()
     return look[0].received if look else 0
 
 
-def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) -> None:
+def test_words_pass_in_both_directions(adapter: Adapter, link: RobotLink) -> None:
     adapter.write_to_master(bytes(range(48)))
     link.opener.open()
     link.write(bytes(range(100, 148)), 60_000_000)
@@ -137,15 +137,15 @@ def test_words_go_out_and_the_robots_come_in(adapter: Adapter, link: RobotLink) 
 
 @pytest.mark.exhaustive
 def test_expired_words_are_not_sent_until_new_words_come(adapter: Adapter, link: RobotLink) -> None:
-    """A PLC that has stopped writing must not keep the robot moving.
+    """If the PLC stops writing, its words expire and the robot receives no more packets.
 
-    In the meantime twenty packets arrive from the robot, as many as would have been sent.
+    The test waits for twenty packets from the robot, so twenty could have been sent.
     """
     link.opener.open()
     until(lambda: adapter.shared.owner is OwnerState.RUN)
     link.write(bytes([1] * 48), 0)
     before = received(link)
-    until(lambda: received(link) >= before + 2)  # packets under way have arrived
+    until(lambda: received(link) >= before + 2)  # wait for packets that were already sent
     arrived = adapter.shared.status().received
     until(lambda: received(link) >= before + 22)
     assert adapter.shared.status().received == arrived

@@ -1,28 +1,28 @@
-"""A cell runs its single and repeated events in order."""
+"""A cell runs its single and repeated events in the order of their times."""
 
 from __future__ import annotations
 
 from rcx_harness.cell.clock import Kind
 from structured_text.bench.agenda import Action, Agenda
 
-#: Times of events with their names.
+#: A list of events: the time [us] and the name of each.
 Seen = list[tuple[int, str]]
 
 
 def noted(seen: Seen, name: str) -> Action:
-    """Return an event that records its time."""
+    """Return an action that records its time and its name in `seen`."""
     return lambda now_us: seen.append((now_us, name))
 
 
 def take(agenda: Agenda, count: int) -> None:
-    """Run this many events."""
+    """Run the next `count` events of the agenda."""
     for _ in range(count):
         now_us, action = agenda.pop()
         action(now_us)
 
 
 def test_repeated_and_single_events_keep_their_order() -> None:
-    """Events at equal times are in the order of Kind.
+    """Events with the same time run in the order of Kind: first stimulus, then cycle, then scan.
 
     Source: rcx_harness.cell.clock, first paragraph.
     """
@@ -36,10 +36,10 @@ def test_repeated_and_single_events_keep_their_order() -> None:
     ]  # fmt: skip
 
 
-def test_each_kind_of_event_is_over_before_the_next() -> None:
-    """At equal times all cycles come before all packets.
+def test_at_equal_times_one_kind_of_event_follows_the_other() -> None:
+    """At equal times all cycles are executed before all packets.
 
-    Within a kind, the events of the first controller come first.
+    Among cycles, and among packets, those of the first controller come first.
 
     Source: rcx_harness.cell.clock, first paragraph.
     """
@@ -56,8 +56,8 @@ def test_each_kind_of_event_is_over_before_the_next() -> None:
     assert seen[-1][0] == 15
 
 
-def test_another_period_counts_from_the_next_event_on() -> None:
-    """An event that is already due keeps its time.
+def test_a_new_period_applies_after_the_next_event() -> None:
+    """A new period applies after the next event, because that event is already scheduled.
 
     Source: Agenda.periods.
     """
@@ -69,8 +69,8 @@ def test_another_period_counts_from_the_next_event_on() -> None:
     assert [now_us for now_us, _ in seen] == [0, 5, 12, 19]
 
 
-def test_repeated_events_go_on_after_a_restore() -> None:
-    """An agenda that is restored runs the same events again.
+def test_repeated_events_continue_after_a_restore() -> None:
+    """After its snapshot is restored, an agenda runs the same events again.
 
     Source: Agenda.snapshot.
     """

@@ -1,8 +1,8 @@
-"""No rule of the wire is broken, whatever program, operator and network do.
+"""The blocks break no rule of the wire, whatever program, operator and network do.
 
-Execute, calls and safety pins change at random in every scan, while the link, the power, the
-emergency stop, AUTO mode and the programming box come and go. The network delays packets, and loses
-as many as the margin and the connection allow.
+Execute, calls and safety pins change at random in every scan. Random events change the link, the
+power, the emergency stop, AUTO mode and the programming box. The network delays and loses packets
+within the limits of the margin and the connection.
 """
 
 from __future__ import annotations
@@ -58,7 +58,7 @@ def _cell(program: Program, random: Random, seed: int, trace: Path | None = None
 
 
 def _flip(cell: Cell, random: Random) -> None:
-    """Change inputs at random, as an arbitrary program could do in one scan."""
+    """Change inputs of the blocks at random. An arbitrary program could do this in one scan."""
     for path in [f"Main.{block}.Execute" for block in BLOCKS]:
         if random.random() < 0.05:
             cell[path] = not cell[path]
@@ -84,7 +84,7 @@ def test_no_program_can_break_the_interval_or_the_handshake(program: Program, se
         cell.scan()
     program.restore(fresh)
     assert not cell.violations
-    assert cell.commands, "the program did some work"
+    assert cell.commands, "the program must execute commands"
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -1,4 +1,4 @@
-"""An illegal argument of a cell is refused at once with a single sentence."""
+"""A cell rejects an invalid argument at once, with a message of one sentence."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ def _build(repository: Path, folder: Path, **options: Any) -> Cell:
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Cell]:
-    """Return a cell that all tests share. A refused call does not change it."""
+    """Return a cell that all tests of this file share. A rejected call does not change the cell."""
     with _build(Path(__file__).parents[2], tmp_path_factory.mktemp("lib")) as made:
         yield made
 
 
 @pytest.mark.parametrize("number", [-1, _NAN, True, 1.5, "2", None, 10**30])
 def test_a_number_of_scans_is_a_whole_number_from_0_on(cell: Cell, number: Any) -> None:
-    """Source: Cell.scan and Cell.takes: this many scans."""
+    """Only an integer from 0 on is a valid number of scans. Source: Cell.scan, Cell.takes."""
     with pytest.raises(InputError, match="the number of scans cannot be"):
         cell.scan(number)
     with pytest.raises(InputError, match="scans cannot be"), cell.takes(scans=number):
-        raise AssertionError("the call is refused before anything runs")
+        raise AssertionError("the call must be refused first")
     assert (cell.scans, cell.now_us) == (0, 0)
 
 
@@ -81,18 +81,21 @@ _CALLS: list[tuple[Callable[[Cell], object], str]] = [
 ]
 
 
-@pytest.mark.parametrize(("call", "said"), _CALLS)
+@pytest.mark.parametrize(("call", "message"), _CALLS)
 def test_an_impossible_argument_is_refused(
-    cell: Cell, call: Callable[[Cell], object], said: str
+    cell: Cell, call: Callable[[Cell], object], message: str
 ) -> None:
-    """Source: the docstring of each method."""
-    with pytest.raises(InputError, match=said):
+    """A call with an invalid argument is rejected, and changes nothing.
+
+    Source: the docstring of each method.
+    """
+    with pytest.raises(InputError, match=message):
         call(cell)
     assert (cell.scans, cell.now_us) == (0, 0)
 
 
 @pytest.mark.parametrize(
-    ("options", "said"),
+    ("options", "message"),
     [
         ({"size": 48.0}, "an area of 48.0 bytes does not exist"),
         ({"m": True}, "m cannot be True"),
@@ -108,15 +111,15 @@ def test_an_impossible_argument_is_refused(
     ],
 )
 def test_a_cell_is_built_with_whole_numbers(
-    repository: Path, tmp_path: Path, options: dict[str, Any], said: str
+    repository: Path, tmp_path: Path, options: dict[str, Any], message: str
 ) -> None:
     """Source: Cell.build."""
-    with pytest.raises(InputError, match=said):
+    with pytest.raises(InputError, match=message):
         _build(repository, tmp_path, **options)
 
 
-def test_two_programs_of_a_robot_cannot_have_one_name(tmp_path: Path) -> None:
-    """A remote command names the program that it means.
+def test_two_programs_of_a_robot_cannot_have_the_same_name(tmp_path: Path) -> None:
+    """Two programs of the same name are rejected: a remote command selects a program by name.
 
     Source: guide 4.6.1, program_name.
     """

@@ -32,7 +32,7 @@ def test_at_equal_times_the_controller_comes_before_the_plc(raw_cell: Build) -> 
 
 
 def test_an_output_travels_with_the_next_packet_and_the_next_cycle(raw_cell: Build) -> None:
-    """The output is written at 100 ms, sent at 112 ms (RPI 16 ms) and read at 115 ms."""
+    """The PLC writes an output at 100 ms; it is sent at 112 ms (RPI 16 ms) and read at 115 ms."""
     cell = raw_cell(scan="50ms", rpi="16ms", robot=AT_ONCE)
     cell.run("60ms")
     cell["Main.Bits0"] = 1
@@ -43,8 +43,8 @@ def test_an_output_travels_with_the_next_packet_and_the_next_cycle(raw_cell: Bui
     assert seen[0] == 115_000
 
 
-def test_a_packet_carries_what_the_outputs_were_when_it_was_produced(raw_cell: Build) -> None:
-    """Late packets contain old data, in their order."""
+def test_a_packet_contains_the_outputs_of_the_time_when_it_was_sent(raw_cell: Build) -> None:
+    """A late packet contains the outputs of the time at which it was sent."""
     cell = raw_cell(scan="10ms", rpi="10ms", jitter="40ms", robot=AT_ONCE, seed=3)
     for _ in range(60):
         cell["Main.Data"] = cell.scans % 250
@@ -59,7 +59,7 @@ def test_a_packet_carries_what_the_outputs_were_when_it_was_produced(raw_cell: B
     assert max(lateness) >= 3
 
 
-def test_phases_are_taken_as_given(raw_cell: Build) -> None:
+def test_given_phases_are_used(raw_cell: Build) -> None:
     cell = raw_cell(scan="10ms", phases={"scan": "3ms", "cycle": "1ms"})
     cell.run("15ms")
     assert [one.t_us for one in cell.trace.scans()] == [3_000, 13_000]
@@ -100,7 +100,7 @@ def test_link_loss_is_seen_by_both_sides_after_the_time_out(raw_cell: Build) -> 
     cell.run_until(lambda: cell["Main.Connected"], within="120ms")
 
 
-def test_a_link_that_is_back_before_the_time_out_was_never_lost(raw_cell: Build) -> None:
+def test_an_interruption_shorter_than_the_time_out_is_not_a_loss(raw_cell: Build) -> None:
     cell = raw_cell(robot=AT_ONCE)
     cell.run("50ms")
     cell.inject("link_down")
@@ -123,8 +123,8 @@ def test_a_plc_without_a_link_holds_its_inputs(raw_cell: Build, on_loss: str, le
     assert cell["Main.InputArea[32]"] == left
 
 
-def test_different_sizes_are_no_connection(raw_cell: Build) -> None:
-    """Master and controller must both have 48 bytes, or both 256 bytes.
+def test_different_sizes_make_no_connection(raw_cell: Build) -> None:
+    """If one side has 48 bytes and the other 256 bytes, there is no connection.
 
     Source: manual chapter 3, 1.
     """
@@ -147,7 +147,10 @@ def test_a_power_cycle_interrupts_the_link_until_the_controller_has_booted(raw_c
 
 
 def test_256_bytes_at_offsets_m_and_n(raw_cell: Build) -> None:
-    """Source: manual chapter 1, 4.2."""
+    """The areas begin at byte m of the inputs and byte n of the outputs.
+
+    Source: manual chapter 1, 4.2.
+    """
     cell = raw_cell(size=256, m=10, n=200, robot=RobotConfig(size=256, boot_time=0.0))
     cell["Main.InputArea[9]"] = 77
     cell.run("100ms")
@@ -187,14 +190,14 @@ def test_bad_values_are_refused_with_one_sentence(
     assert message in str(caught.value)
 
 
-def test_run_until_tells_scan_time_and_watched_values(raw_cell: Build) -> None:
+def test_a_failed_run_until_reports_scan_time_and_watched_values(raw_cell: Build) -> None:
     cell = raw_cell(watch=["Main.Scans"])
     with pytest.raises(CellTimeout) as caught:
         cell.run_until(lambda: cell["Main.Bits0"] == 1, within="100ms")
     assert str(caught.value) == "not within 100 ms (scan 11, 100 ms); Main.Scans = 11"
 
 
-def test_run_until_returns_in_the_scan_in_which_it_came_true(raw_cell: Build) -> None:
+def test_run_until_returns_in_the_first_scan_with_a_true_condition(raw_cell: Build) -> None:
     cell = raw_cell()
     assert cell.run_until(lambda: cell["Main.Scans"] == 4, within="1s") == 30_000
     assert cell.run_until(lambda: True, within="1s") == 0
@@ -208,7 +211,7 @@ def test_takes_asserts_the_number_of_scans(raw_cell: Build) -> None:
         cell.scan(3)
 
 
-def test_a_restored_cell_goes_the_same_way_again(raw_cell: Build) -> None:
+def test_a_restored_cell_repeats_its_run(raw_cell: Build) -> None:
     cell = raw_cell(jitter="15ms", phases="random", seed=5, robot=RobotConfig(boot_time=(10, 90)))
     cell.run("40ms")
     before = cell.snapshot()
@@ -223,13 +226,13 @@ def test_a_restored_cell_goes_the_same_way_again(raw_cell: Build) -> None:
     assert runs[0][1]
 
 
-def test_a_cell_with_a_trace_file_cannot_be_set_back(raw_cell: Build, tmp_path: Path) -> None:
+def test_a_cell_with_a_trace_file_cannot_be_restored(raw_cell: Build, tmp_path: Path) -> None:
     cell = raw_cell(trace=tmp_path / "trace.jsonl")
     with pytest.raises(InputError, match="cannot go back in time"):
         cell.snapshot()
 
 
-def test_an_unknown_path_raises_with_near_names(raw_cell: Build) -> None:
+def test_an_unknown_path_is_reported_with_similar_names(raw_cell: Build) -> None:
     cell = raw_cell()
     with pytest.raises(InputError, match="Scans"):
         cell["Main.Scan"]
@@ -238,7 +241,9 @@ def test_an_unknown_path_raises_with_near_names(raw_cell: Build) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_closed_cell_keeps_its_trace_and_refuses_the_rest(raw_cell: Build, engine: str) -> None:
+def test_a_closed_cell_keeps_its_trace_and_refuses_all_other_calls(
+    raw_cell: Build, engine: str
+) -> None:
     cell = raw_cell(engine=engine)
     cell.run("30ms")
     state = cell.snapshot()

@@ -32,7 +32,7 @@ def located(build_cell: Build, repository: Path, tmp_path: Path) -> Build:
 
 
 def test_located_words_and_bits_are_the_process_image(located: Build) -> None:
-    """%IW1 is bytes 2 and 3, and %QX32.0 is bit 0 of byte 32.
+    """Located variables use the areas: %IW1 is bytes 2 and 3, and %QX32.0 is bit 0 of byte 32.
 
     Source: manual chapter 5, 1 (addresses of the words and bits).
     """
@@ -49,7 +49,7 @@ def test_located_words_and_bits_are_the_process_image(located: Build) -> None:
 
 
 def test_located_arrays_are_the_process_image(build_cell: Build, tmp_path: Path) -> None:
-    """The arrays are bytes 0 to 47 of the inputs and words 0 to 23 of the outputs.
+    """A located array of 48 bytes contains the inputs, and one of 24 words contains the outputs.
 
     The low byte of a word comes first.
 
@@ -105,7 +105,7 @@ def test_areas_that_overlap_in_one_memory_are_refused(build_cell: Build, tmp_pat
         build_cell(program, lib=tmp_path, m=0, n=40)
 
 
-def test_areas_beside_each_other_in_one_memory_are_taken(build_cell: Build, tmp_path: Path) -> None:
+def test_adjacent_areas_in_one_memory_are_accepted(build_cell: Build, tmp_path: Path) -> None:
     program = write(tmp_path, "  VAR\n    A AT %MW0 : WORD;\n    B AT %MX80.0 : BOOL;\n  END_VAR")
     cell = build_cell(program, lib=tmp_path, m=0, n=48, robot=RobotConfig(boot_time=0.0))
     cell.run("50ms")
@@ -114,7 +114,7 @@ def test_areas_beside_each_other_in_one_memory_are_taken(build_cell: Build, tmp_
     assert cell.trace.cycles()[-1].rcx_si[32] == 1
 
 
-def test_an_image_of_words_is_taken_at_even_offsets(build_cell: Build, tmp_path: Path) -> None:
+def test_an_image_of_words_needs_even_offsets(build_cell: Build, tmp_path: Path) -> None:
     program = write(
         tmp_path,
         "  VAR\n    InputArea : RCX_WORD_IMAGE;\n    OutputArea : RCX_WORD_IMAGE;\n  END_VAR",

@@ -62,8 +62,10 @@ def test_the_plc_is_connected_as_long_as_packets_come() -> None:
     assert not network.plc_connected(101_000)
 
 
-def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> None:
-    """The adapter forgets the old connection; the scanner opens a new one after its time-out.
+def test_the_plc_notices_even_a_short_restart_of_the_robot() -> None:
+    """After a restart, the robot's adapter has no connection.
+
+    The PLC opens a new one after its time-out.
 
     Source: manual chapter 1, 5.2: the connection must be restored from the normal state.
     """
@@ -72,7 +74,8 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
     network.produce_to_robot(0, lambda: OLD)
     network.produce_to_plc(0)
     deliver_all(agenda)
-    lost_us = TIMING.timeout_us + 50_000  # at the latest, because packets are 50 ms late
+    # the latest moment of the time-out, because packets are up to 50 ms late
+    lost_us = TIMING.timeout_us + 50_000
     network.set_adapter(False)
     network.set_adapter(True)
     assert not network.robot_connected(60_000)
@@ -89,8 +92,8 @@ def test_a_restart_of_the_robot_is_noticed_by_the_plc_however_short_it_is() -> N
     assert link.robot_read() == NEW
 
 
-def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_older_one() -> None:
-    """The order of packets is the same in each direction, whatever delays a packet.
+def test_a_packet_without_delay_arrives_at_once_but_after_older_packets() -> None:
+    """Packets arrive in the order in which they were sent, even if an earlier packet is delayed.
 
     Source: Timing.jitter_us.
     """
@@ -102,7 +105,7 @@ def test_a_packet_without_delay_arrives_when_it_is_produced_but_never_before_an_
     assert agenda.snapshot()[0] == ()
     late = network_with(agenda, link)
     late.produce_to_robot(20_000, lambda: LATE)
-    network.restore(late.snapshot())  # that packet is on its way
+    network.restore(late.snapshot())  # the packet LATE is still on its way
     network.produce_to_robot(20_000, lambda: NEW)
     assert link.robot_read() == OLD
     seen = []

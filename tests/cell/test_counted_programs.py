@@ -1,4 +1,4 @@
-"""Coverage of robot programs: lines, branches, reasons, and the files for other tools."""
+"""The coverage of robot programs counts lines and branches, and is exported for other tools."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.engines.builtin.collector import Collector, counting
 
 
 def _run(folder: Path, text: str, name: str = "MAIN", collector: Collector | None = None) -> Master:
-    """Run a program with coverage for 100 ms while the inputs of the robot are OFF."""
+    """Start a robot program with AUTO start, and count its coverage while it runs."""
     file = folder / f"{name}.PGM"
     file.write_text(text)
     program = RobotProgram(name, text=text, path=str(file))
@@ -99,7 +99,8 @@ def _result(folder: Path, text: str) -> FileResult:
                 "WAIT SI(20)=0,20: time-out": 0,
             },
         ),
-        # A WAIT over many cycles begins once. The statements after it are not reached.
+        # A WAIT that lasts many cycles counts as one hit. The statements after the WAIT are not
+        # reached.
         ("WAIT SI(20)=1\nSGI0=1", {1: 1, 2: 0}, {}),
         ("*L:\nCALL S\nEND\nSUB S\nSGI0=1\nEND SUB", {2: 1, 3: 1, 5: 1, 6: 1}, {}),
         (
@@ -117,19 +118,19 @@ def _result(folder: Path, text: str) -> FileResult:
 def test_lines_and_branches_are_counted(
     tmp_path: Path, text: str, lines: dict[int, int], branches: dict[str, int]
 ) -> None:
-    """The expected values were determined by hand.
+    """Each line and each branch has the number of hits that was determined by hand.
 
-    P900 and P901 are not defined, which is an error of the program.
+    The points P900 and P901 are not defined, so their use is a run-time error.
     """
     result = _result(tmp_path, text)
     assert {item.line: item.hits for item in result.statements} == lines
     assert {item.text: item.hits for item in result.branches} == branches
 
 
-def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> None:
-    """Lines 2 and 3 are not executed.
+def test_missing_lines_and_branches_are_listed(tmp_path: Path) -> None:
+    """Lines 2 and 3 are not executed, so the report lists them.
 
-    The branch of line 5 in which the condition is FALSE has no line, so it is listed separately.
+    The report lists the FALSE branch of line 5 separately, because this branch has no line.
     """
     text = "IF SI(20)=1 THEN\nSGI0=0\nSGI0=1\nENDIF\nIF SI(20)=0 THEN\nSGI0=2\nENDIF\nSGI0=3"
     result = _result(tmp_path, text)
@@ -143,8 +144,8 @@ def test_what_is_missing_is_listed_as_for_structured_text(tmp_path: Path) -> Non
     assert "BRDA:5,1,3,0" in records
 
 
-def test_a_reason_takes_lines_out(tmp_path: Path) -> None:
-    """The reason is on the line itself, or on a line before it."""
+def test_lines_with_a_reason_are_excluded(tmp_path: Path) -> None:
+    """A comment `unreachable: reason` excludes its line, or the next line, from the report."""
     text = "END\nSGI0=1 ' unreachable: for later\n' unreachable: by hand only\n\nSGI0=2\nSGI0=3"
     result = _result(tmp_path, text)
     reasons = {item.line: item.reason for item in result.statements}
@@ -178,8 +179,8 @@ def test_only_programs_in_files_below_the_folder_count(tmp_path: Path) -> None:
     assert collector.texts == []
 
 
-def test_a_snapshot_continues_to_count(tmp_path: Path) -> None:
-    """The restored task executes line 2 once more."""
+def test_a_restored_program_is_counted_as_well(tmp_path: Path) -> None:
+    """A restored task executes line 2 a second time, and coverage counts both executions."""
     collector = Collector()
     master = _run(tmp_path, "WAIT SI(20)=1\nSGI0=1", collector=collector)
     before = master.robot.snapshot()
@@ -192,7 +193,7 @@ def test_a_snapshot_continues_to_count(tmp_path: Path) -> None:
 
 
 def test_programs_of_an_all_file_have_the_lines_of_the_file(tmp_path: Path) -> None:
-    """The text of MAIN begins in line 3 of the file."""
+    """Line numbers are those of the .ALL file. The text of the program MAIN begins in line 3."""
     (tmp_path / "CELL.ALL").write_text("[PGM]\nNAME=MAIN\nSGI0=1\nSGI0=2\n\n[END]\n")
     (tmp_path / "robot.toml").write_text('data_file = "CELL.ALL"\n')
     config = RobotConfig.load(tmp_path / "robot.toml")

@@ -1,7 +1,7 @@
-"""A cell with an external controller: the PLC, its real connection, and losses of the link.
+"""A cell can connect its PLC program to an external controller over a real connection.
 
-The controller is an adapter on the loopback interface in a process of its own. The tests set and
-read its areas.
+The controller is an adapter in a separate process on the loopback interface. The tests write and
+read the adapter's areas.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from structured_text.errors import InputError
 
 Build = Callable[..., Cell]
 
-#: A program that copies SO(150) to SO(157) to SI(150) to SI(157) and shows the scanner's messages.
+#: A PLC program that copies SO(150) to SO(157) to SI(150) to SI(157).
 _PROGRAM = """\
 PROGRAM Echo
 VAR
@@ -35,7 +35,7 @@ END_VAR
 OutputArea[45] := InputArea[45];
 END_PROGRAM
 """
-#: Time-outs that are so long that other work of this computer cannot cause a loss of the link.
+#: Long time-outs, so that a busy computer cannot cause a loss of the link.
 _LONG_TIMEOUT = "5s"
 _WITHIN = "60s"
 
@@ -53,48 +53,48 @@ def program(tmp_path: Path) -> Path:
     return file
 
 
-class Told:
-    """A receiver of the messages of the connection."""
+class Messages:
+    """A recorder of the messages about the connection."""
 
     def __init__(self) -> None:
         self.lines: list[str] = []
 
     def __call__(self, now_us: int, text: str) -> None:
-        """Record the call."""
+        """Record a message of the connection."""
         assert now_us >= 0
         self.lines.append(text)
 
 
 @pytest.fixture
-def told() -> Told:
-    return Told()
+def messages() -> Messages:
+    return Messages()
 
 
 @pytest.fixture
-def far(build_cell: Build, adapter: Adapter, program: Path, told: Told) -> Build:
-    """Return a function that builds cells of the program, connected to the adapter."""
+def far(build_cell: Build, adapter: Adapter, program: Path, messages: Messages) -> Build:
+    """Return a function that builds a cell whose PLC is connected to the adapter."""
     host, port = adapter.address
 
     def build(**options: object) -> Cell:
         given = {"rpi": "10ms", "timeout": _LONG_TIMEOUT} | options
-        return build_cell(program, connect=Elsewhere(host, port, tell=told), **given)
+        return build_cell(program, connect=Elsewhere(host, port, tell=messages), **given)
 
     return build
 
 
 def _echoes(cell: Cell, adapter: Adapter, value: int) -> None:
-    """Send a byte from the controller into the program and back."""
+    """Check that a byte from the controller reaches the program and comes back."""
     adapter.write_to_master(bytes(45) + bytes([value]) + bytes(2))
     cell.run_until(lambda: cell["Main.InputArea"][45] == value, within=_WITHIN)
     cell.run_until(lambda: adapter.read_to_robot()[45] == value, within=_WITHIN)
 
 
 def test_the_program_reads_and_writes_the_controllers_areas(
-    far: Build, adapter: Adapter, told: Told, tmp_path: Path
+    far: Build, adapter: Adapter, messages: Messages, tmp_path: Path
 ) -> None:
-    """The controller is not simulated.
+    """The trace contains only the PLC's scans, because the controller is not simulated.
 
-    The trace contains only the PLC's scans. The monitors check them as in every run.
+    The monitors check these scans as in every run.
     """
     trace = tmp_path / "trace.jsonl"
     cell = far(trace=trace)
@@ -104,7 +104,7 @@ def test_the_program_reads_and_writes_the_controllers_areas(
     _echoes(cell, adapter, 0x5A)
     assert (cell.cycles, cell.violations) == (0, [])
     host, port = adapter.address
-    assert told.lines[-1] == f"{host}:{port}: connected, 48 bytes, packets every 10 ms"
+    assert messages.lines[-1] == f"{host}:{port}: connected, 48 bytes, packets every 10 ms"
     cell.close()
     header, records = read_trace(trace)
     assert header["link"] == "enip-connect"
@@ -115,8 +115,8 @@ def test_the_program_reads_and_writes_the_controllers_areas(
 
 
 @pytest.mark.exhaustive
-def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> None:
-    """SI(00) and SI(06) change together, although any two changes must be 100 ms apart.
+def test_a_broken_rule_is_reported_with_an_external_controller(far: Build, program: Path) -> None:
+    """The monitor reports that SI(00) and SI(06) change together. Changes must be 100 ms apart.
 
     Source: manual chapter 5, 3.1
     """
@@ -131,8 +131,8 @@ def test_a_broken_rule_is_found_as_in_every_run(far: Build, program: Path) -> No
 
 
 @pytest.mark.exhaustive
-def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
-    """Without a master, the controller itself decides about SI(00) and SI(06).
+def test_zeros_are_sent_before_the_connection_is_closed(far: Build, adapter: Adapter) -> None:
+    """The cell sends zeros, with SI(00) and SI(06) OFF, before it closes the connection.
 
     Source: manual chapter 1, 5.2
     """
@@ -143,12 +143,14 @@ def test_zeros_go_out_before_the_connection_is_closed(far: Build, adapter: Adapt
     assert adapter.read_to_robot() == bytes(48)
 
 
-def test_the_program_sees_a_loss_and_reconnects(far: Build, adapter: Adapter, told: Told) -> None:
+def test_after_a_loss_the_program_is_connected_again(
+    far: Build, adapter: Adapter, messages: Messages
+) -> None:
     cell = far(timeout="200ms")
     cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
     adapter.shared.link = LinkState.CUT
     cell.run_until(lambda: not cell["Main.Connected"], within=_WITHIN)
-    cell.run_until(lambda: "connected, 48" not in told.lines[-1], within=_WITHIN)
+    cell.run_until(lambda: "connected, 48" not in messages.lines[-1], within=_WITHIN)
     adapter.shared.link = LinkState.UP
     cell.run_until(lambda: bool(cell["Main.Connected"]), within=_WITHIN)
     _echoes(cell, adapter, 0x17)
@@ -165,10 +167,10 @@ def test_inputs_are_cleared_at_a_loss_on_request(far: Build, adapter: Adapter) -
 
 
 @pytest.mark.exhaustive
-def test_another_size_is_refused_with_what_to_try(
+def test_another_size_is_refused_and_the_right_size_is_named(
     build_cell: Build, program: Path, adapter: Adapter
 ) -> None:
-    """Source: manual chapter 3, 1: both sides have the same size."""
+    """The message names the size that the controller has. Source: manual chapter 3, 1."""
     with pytest.raises(InputError) as refused:
         build_cell(program, size=256, connect=Elsewhere(*adapter.address))
     assert "0x0127" in refused.value.message or "0x0128" in refused.value.message
@@ -189,7 +191,7 @@ def test_other_assemblies_are_requested(build_cell: Build, program: Path, adapte
 
 
 @pytest.mark.exhaustive
-def test_a_controller_that_has_a_master_is_left_to_it(
+def test_a_controller_with_another_master_is_refused(
     build_cell: Build, program: Path, adapter: Adapter
 ) -> None:
     host, port = adapter.address
@@ -202,7 +204,7 @@ def test_a_controller_that_has_a_master_is_left_to_it(
         assert master.read().connected
 
 
-def test_a_missing_controller_is_one_message(build_cell: Build, program: Path) -> None:
+def test_a_missing_controller_is_reported(build_cell: Build, program: Path) -> None:
     with Adapter(48, cyclic=0) as gone:
         where = Elsewhere(*gone.address)
     with pytest.raises(InputError, match="no connection to the EtherNet/IP adapter"):
@@ -228,13 +230,13 @@ def test_events_need_a_virtual_controller(far: Build, tmp_path: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_its_properties_are_its_own(far: Build) -> None:
+def test_an_external_controller_cannot_be_configured(far: Build) -> None:
     with pytest.raises(InputError, match="an external controller cannot be configured"):
         far(robot=RobotConfig())
 
 
-def test_a_program_that_stops_is_not_sent_for_ever(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Each image is valid for the link's time-out, or for four scans if these take longer."""
+def test_images_of_a_stopped_program_expire(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each image expires after the link's time-out or four scans, whichever is longer."""
     for scan, valid_us in (("10ms", 300_000), ("100ms", 400_000)):
         link = FarLink(48, Timing.make(scan=scan, timeout="300ms"), Elsewhere("127.0.0.1"))
         written: list[tuple[bytes, int | None]] = []

@@ -1,4 +1,4 @@
-"""A second cell of the same program starts quickly, and has no data of earlier cells."""
+"""A second cell of the same program is not compiled again, and has no data of earlier cells."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ END_PROGRAM
 
 @pytest.fixture
 def program(tmp_path: Path) -> Path:
-    """Return a program that counts, stores values in an array and in a timer, and divides."""
+    """Return a program with a counter, an array, a timer and a division."""
     file = tmp_path / "Main.st"
     file.write_text(_TEXT.format(first=1), encoding="utf-8")
     return file
@@ -44,7 +44,7 @@ def _state(cell: Cell) -> list[object]:
 def test_a_further_cell_is_not_compiled_again(
     program: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: cell.compiled, a program of a closed cell waits for the next."""
+    """The next cell uses the compiled program of a closed cell. Source: cell.compiled."""
     if collecting():
         pytest.skip("while coverage is counted, each cell has a program of its own")
     made = []
@@ -61,7 +61,7 @@ def test_a_further_cell_is_not_compiled_again(
     assert len(made) == 1
 
 
-def test_a_further_cell_begins_as_the_first_one(program: Path) -> None:
+def test_a_further_cell_begins_in_the_initial_state(program: Path) -> None:
     with _cell(program) as cell:
         first = _state(cell)
         cell["Main.Part"] = 4
@@ -74,7 +74,7 @@ def test_a_further_cell_begins_as_the_first_one(program: Path) -> None:
         assert cell["Main.Seen"] == [1, 13, 3]
 
 
-def test_a_further_cell_begins_anew_after_an_error(program: Path) -> None:
+def test_after_an_error_a_further_cell_begins_in_the_initial_state(program: Path) -> None:
     with _cell(program) as cell:
         first = _state(cell)
         cell["Main.Part"] = 0
@@ -84,7 +84,7 @@ def test_a_further_cell_begins_anew_after_an_error(program: Path) -> None:
         assert _state(cell) == first
 
 
-def test_two_at_once_are_two(program: Path) -> None:
+def test_two_cells_at_the_same_time_are_independent(program: Path) -> None:
     with _cell(program) as one, _cell(program) as other:
         one.scan(3)
         assert (one["Main.Count"], other["Main.Count"]) == (37, 1)
@@ -93,7 +93,7 @@ def test_two_at_once_are_two(program: Path) -> None:
         assert (one["Main.Count"], other["Main.Count"]) == (1, 13)
 
 
-def test_a_closed_cell_does_not_reach_into_the_next(program: Path) -> None:
+def test_a_closed_cell_cannot_change_the_next_cell(program: Path) -> None:
     with _cell(program) as closed:
         pass
     with _cell(program) as cell:
@@ -105,8 +105,8 @@ def test_a_closed_cell_does_not_reach_into_the_next(program: Path) -> None:
         assert cell["Main.Count"] == 1
 
 
-def test_a_changed_source_is_compiled_anew(program: Path) -> None:
-    """The content decides whether a source is compiled again, not its time or size."""
+def test_a_changed_source_is_compiled_again(program: Path) -> None:
+    """A source with new content is compiled again, even if its time and its size are the same."""
     with _cell(program) as cell:
         assert cell["Main.Seen"] == [1, 2, 3]
     seen = program.stat()
@@ -116,8 +116,8 @@ def test_a_changed_source_is_compiled_anew(program: Path) -> None:
         assert cell["Main.Seen"] == [9, 2, 3]
 
 
-def test_a_source_that_comes_to_a_folder_or_goes_is_seen(tmp_path: Path) -> None:
-    """The files of a folder are checked again if the folder has changed."""
+def test_added_and_removed_sources_of_a_folder_are_noticed(tmp_path: Path) -> None:
+    """The next cell uses source files that were added to a folder, and no removed ones."""
     (tmp_path / "Main.st").write_text(
         _TEXT.format(first=1).replace("12 / Part", "FC_One()"), encoding="utf-8"
     )

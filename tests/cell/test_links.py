@@ -1,4 +1,4 @@
-"""The same program gives the same trace in process and over EtherNet/IP."""
+"""A program gives the same trace over the direct link and over EtherNet/IP."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A run in real time over cyclic I/O has the same events in the same order at any pace."""
+"""In real time over cyclic I/O, events have the right order even on a slow computer."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Build = Callable[..., Cell]
 Captured = pytest.CaptureFixture[str]
 
 DEMO = ("plc", "examples", "01_power_up")
-#: Longest silence without a loss of the link. Other work of this computer must not reach it.
+#: The link's time-out. It is so long that a busy computer cannot cause a loss of the link.
 PATIENT = "5s"
 
 
@@ -33,7 +33,7 @@ class Clock:
         self.slept: list[float] = []
 
     def sleep(self, seconds: float) -> None:
-        """Sleep for exactly this time."""
+        """Advance the clock by exactly this time, and record the sleep."""
         self.slept.append(seconds)
         self.now_us += round(seconds * 1e6)
 
@@ -49,7 +49,7 @@ def clock() -> Clock:
 
 @pytest.fixture
 def agenda(clock: Clock) -> RealTimeAgenda:
-    """Return an agenda with an event every 10 ms from 0 on."""
+    """Return an agenda with ten events, one every 10 ms from 0 on."""
     made = RealTimeAgenda(lambda: clock.now_us, clock.sleep)
     for number in range(10):
         made.add(10_000 * number, Kind.SCAN, lambda now_us: None)
@@ -62,7 +62,7 @@ def test_the_first_event_starts_the_clock(agenda: RealTimeAgenda, clock: Clock) 
     assert clock.now_us == 1_020_000
 
 
-def test_a_little_late_is_made_up_for(agenda: RealTimeAgenda, clock: Clock) -> None:
+def test_a_short_delay_is_made_up_for(agenda: RealTimeAgenda, clock: Clock) -> None:
     agenda.pop()
     clock.late(14_000)
     agenda.pop()
@@ -72,7 +72,10 @@ def test_a_little_late_is_made_up_for(agenda: RealTimeAgenda, clock: Clock) -> N
 
 
 def test_a_standstill_causes_no_burst(agenda: RealTimeAgenda, clock: Clock) -> None:
-    """Packets of the real network did not wait, and scans in a burst would miss them."""
+    """After a standstill of the computer, the scans are not made up for.
+
+    The packets of the standstill are already lost, so scans in a burst would not receive them.
+    """
     agenda.pop()
     clock.late(60_000)
     agenda.pop()
@@ -99,7 +102,7 @@ def links(monkeypatch: pytest.MonkeyPatch) -> list[RealTimeLink]:
 
 @pytest.fixture
 def cell(build_cell: Build, repository: Path) -> Cell:
-    """Return the demo's cell. The link is lost after 128 times 5 ms without a packet."""
+    """Return the demo's cell over a real link, which is lost after 640 ms without a packet."""
     demo = repository.joinpath(*DEMO)
     cell = build_cell(
         demo, robot=demo / "robot.toml", link="enip-realtime", rpi="5ms", timeout="640ms"
@@ -112,7 +115,7 @@ def cell(build_cell: Build, repository: Path) -> Cell:
 def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
     build_cell: Build, repository: Path, tmp_path: Path
 ) -> None:
-    """Power-up, servo ON and program reset come in the order of the manual's charts.
+    """Power-up, servo ON and program reset occur in the order of the manual's timing charts.
 
     Source: manual chapter 5, 3.1 and 3.2
     """
@@ -133,15 +136,15 @@ def test_the_demo_runs_over_cyclic_io_with_its_events_in_order(
     expected = ["SO00", "SI00", "SI06", "SI01", "SO02", "SI15", "SO14"]
     scans = [(entry.so, entry.si) for entry in entries if isinstance(entry, Scan)]
     assert rises(scans) == expected
-    # The controller received the PLC's data, and the PLC the controller's data.
+    # The controller's own record must have the same order as the PLC's record.
     cycles = [(entry.rcx_so, entry.rcx_si) for entry in entries if isinstance(entry, Cycle)]
     assert rises(cycles) == expected
 
 
-def test_the_command_line_runs_it_for_a_given_time(
+def test_the_command_runs_in_real_time_for_a_given_time(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The run has as many scans and cycles as in lock-step, but it may take longer."""
+    """A run of 0.2 s has 20 scans and 40 cycles even if the computer needs more than 0.2 s."""
     demo, trace = repository.joinpath(*DEMO), tmp_path / "trace.jsonl"
     options = ["--link", "enip", "--realtime", "--for", "200ms", "--trace", str(trace)]
     assert main(["run", str(demo), "--engine", "builtin", *options]) == 0
@@ -151,10 +154,10 @@ def test_the_command_line_runs_it_for_a_given_time(
 
 
 def rises(areas: list[tuple[bytes, bytes]]) -> list[str]:
-    """Return chosen dedicated bits in the order of their rising edges.
+    """Return the names of dedicated bits in the order of their rising edges.
 
     Args:
-        areas: The controller's outputs and inputs, one pair after the other.
+        areas: Pairs of the controller's output area and input area, in the order of time.
     """
     outputs = {"SO00": 0, "SO02": 2, "SO14": 12}
     inputs = {"SI00": 0, "SI01": 1, "SI06": 6, "SI15": 13}
@@ -169,13 +172,13 @@ def rises(areas: list[tuple[bytes, bytes]]) -> list[str]:
 
 
 def dedicated(area: bytes) -> int:
-    """Return bytes 32 and 33; 0 without a connection."""
+    """Return the 16 dedicated bits in bytes 32 and 33, or 0 if the area is empty."""
     return int.from_bytes(area[32:34], "little")
 
 
 @pytest.mark.exhaustive
 def test_an_unplugged_cable_is_a_loss_of_the_link(cell: Cell) -> None:
-    """Both ends time out by themselves.
+    """If the cable is unplugged, the PLC and the controller each detect the loss by a time-out.
 
     Source: manual chapter 1, 5.2
     """
@@ -191,9 +194,10 @@ def test_an_unplugged_cable_is_a_loss_of_the_link(cell: Cell) -> None:
 
 
 @pytest.mark.exhaustive
-def test_with_the_controllers_power_the_connection_goes_and_comes_again(cell: Cell) -> None:
+def test_a_power_cycle_of_the_controller_interrupts_the_connection(cell: Cell) -> None:
     cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
-    cell.inject("power_off")  # not a power cycle, which may be over before a busy computer checks
+    # A power cycle might be over before a busy computer checks, so the power stays off
+    cell.inject("power_off")
     cell.run_until(lambda: not cell.connected, within="20s")
     cell.inject("power_on")
     cell.run_until(lambda: cell.connected and cell.robot.machine.link == "normal", within="20s")
@@ -201,7 +205,7 @@ def test_with_the_controllers_power_the_connection_goes_and_comes_again(cell: Ce
 
 @pytest.mark.exhaustive
 def test_sizes_that_differ_make_no_connection(build_cell: Build, repository: Path) -> None:
-    """Source: manual chapter 3, 1."""
+    """A PLC with 48 bytes cannot connect to 256 bytes. Source: manual chapter 3, 1."""
     demo = repository.joinpath(*DEMO)
     cell = build_cell(demo, robot=RobotConfig(size=256), size=48, link="enip-realtime")
     cell.run("200ms")

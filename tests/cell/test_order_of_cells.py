@@ -1,9 +1,8 @@
-"""Cells of one program run one after the other, and no cell depends on earlier cells.
+"""If cells of one program run one after the other, no cell depends on earlier cells.
 
 A process caches the compiled program, its first state, results about its sources, and the robot's
-properties for the next cell. The tests therefore do everything that a test can do to a cell, in the
-order of the list, in reverse and at random. Each run must be equal to a run in a process of its
-own.
+properties for the next cell. The tests therefore perform all actions of a list on cells: in the
+order of the list, in reverse and in random order. Each run must equal a run in a new process.
 """
 
 from __future__ import annotations
@@ -101,7 +100,7 @@ def project(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
-    """Return all observable results of a run."""
+    """Build a cell, perform one action on it, and return the trace and all values at the end."""
     with Cell.build(
         sorted(project.glob("plc/*.st")), robot=project / "robot.toml", engine=engine,
         watch=_WATCH, positions="pulses",
@@ -112,7 +111,7 @@ def _run(project: Path, act: str, engine: str) -> tuple[object, ...]:
 
 
 def _alone(project: Path, act: str, engine: str) -> str:
-    """Return the results of the same run in a separate process."""
+    """Run the same action in a new process, and return its printed results."""
     here = Path(__file__)
     code = (
         f"import sys; sys.path.insert(0, {os.fspath(here.parent)!r}); "
@@ -127,18 +126,18 @@ def _alone(project: Path, act: str, engine: str) -> str:
 
 
 def _orders() -> list[Sequence[str]]:
-    """Return the reverse order and a random order."""
+    """Return the actions in reverse order and in a random order."""
     return [list(reversed(_ACTIONS)), random.Random(1).sample(list(_ACTIONS), len(_ACTIONS))]
 
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ["builtin", "matiec"])
 def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) -> None:
-    """Source: docs/how-to/testing.md: `cell` is new for every test."""
+    """Each action has the same result in every order. Source: docs/how-to/testing.md, `cell`."""
     if engine != "builtin" and (missing := why_not(engine)):
         pytest.skip(missing)
     first = {act: _run(project, act, engine) for act in _ACTIONS}
-    assert len(set(map(repr, first.values()))) == len(_ACTIONS), "each act has its own effect"
+    assert len(set(map(repr, first.values()))) == len(_ACTIONS), "two acts have the same effect"
     for order in _orders():
         for act in order:
             assert _run(project, act, engine) == first[act], (
@@ -147,8 +146,8 @@ def test_every_order_of_cells_gives_the_same_runs(project: Path, engine: str) ->
 
 
 @pytest.mark.exhaustive
-def test_a_run_after_others_is_that_of_a_process_of_its_own(project: Path) -> None:
-    """Source: docs/how-to/testing.md: `cell` is new for every test."""
+def test_a_run_after_other_runs_equals_a_run_in_a_new_process(project: Path) -> None:
+    """A run after others equals a run in a new process. Source: docs/how-to/testing.md, `cell`."""
     for act in ("_has_other_points", "_loses_its_power", "_starts"):
         found = _run(project, act, "builtin")
     assert repr(found) == _alone(project, act, "builtin")

@@ -1,4 +1,4 @@
-"""A trace has the positions of the robots in each cycle only on request.
+"""On request, a trace contains the positions of the robots.
 
 The expected values were determined by hand. By default, 1000 pulses are 1 mm and the axes start at
 0.
@@ -17,7 +17,7 @@ from rcx_harness.trace import read_trace
 
 Build = Callable[..., Cell]
 
-#: Robot 1 has two axes of 1000 and 500 pulses per mm, robot 2 has one.
+#: Robot 1 has two axes with 1000 and 500 pulses per mm. Robot 2 has one axis.
 TWO = RobotConfig(axes=(Axis(), Axis(pulses_per_mm=500.0), Axis(robot=2)))
 
 
@@ -57,12 +57,12 @@ def test_positions_are_shown_when_they_change(
     assert sum(line.endswith(shown_as) for line in cell.trace.lines()) == 1
 
 
-def test_a_robot_4_beside_robot_1_makes_them_several(raw_cell: Build) -> None:
+def test_titles_of_positions_name_the_robot_if_there_are_two(raw_cell: Build) -> None:
     cell = raw_cell(robot=RobotConfig(axes=(Axis(), Axis(robot=4))), positions="mm")
     assert cell.trace.header["positions"] == [["Robot 1 X [mm]", "Robot 4 X [mm]"]]
 
 
-def test_a_trace_that_is_read_again_has_them(raw_cell: Build, tmp_path: Path) -> None:
+def test_a_trace_that_is_read_again_has_positions(raw_cell: Build, tmp_path: Path) -> None:
     cell = raw_cell(robot=TWO, positions="mm", trace=tmp_path / "t.jsonl")
     cell.run("50ms")
     cell.close()
@@ -71,12 +71,12 @@ def test_a_trace_that_is_read_again_has_them(raw_cell: Build, tmp_path: Path) ->
     assert shown(cell) == [(0, 0, 0)]
 
 
-def test_the_robot_of_a_controller_that_has_but_one_has_no_number(raw_cell: Build) -> None:
+def test_titles_of_positions_do_not_name_a_single_robot(raw_cell: Build) -> None:
     titles = ["Position X [mm]", "Position Y [mm]", "Position Z [mm]", "Position R [deg]"]
     assert raw_cell(positions="mm").trace.header["positions"] == [titles]
 
 
-def test_a_cell_that_was_set_back_shows_them_anew(raw_cell: Build) -> None:
+def test_a_restored_cell_records_positions_again(raw_cell: Build) -> None:
     cell = raw_cell(robot=TWO, positions="pulses")
     cell.run("20ms")
     before = cell.snapshot()

@@ -1,9 +1,9 @@
-"""FB_ProgramCall with plc/robot/JOBS.PGM: every fault at every scan of two jobs.
+"""FB_ProgramCall and plc/robot/JOBS.PGM are tested with every fault at every scan of two jobs.
 
-Each job has a number of its own. The robot program reports by SO(22) if it begins a job for the
-second time, and returns the values that it received. The PLC requests a job until it is done, or
-until the robot program reports an interruption. The conditions that each run must satisfy are in
-tests/data/program_call/demands.toml, which `rcx sweep` also uses.
+Each job has its own number. The robot program turns SO(22) ON if it begins a job for the second
+time, and returns the values that it received. The PLC requests a job until it is done, or until the
+robot program reports an interruption. The conditions for each run are in
+tests/data/program_call/demands.toml; `rcx sweep` uses this file as well.
 """
 
 from __future__ import annotations
@@ -32,11 +32,12 @@ _LASTING = (
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
 _FAULTS = (*_LASTING, *_SHORT)
-#: After these faults the robot program is at its first line. This also holds for the ways in which
-#: it continues after other faults.
+#: After these faults the robot program begins at its first line, even in the variants of _WAYS in
+#: which it continues after other faults.
 _RESETTING = ("power_off", "power_cycle", "program_end")
-#: Pins of Caller.st: the program starts again after each fault, or it continues; another remote
-#: command runs again and again; the robot program executes one statement in each cycle of 5 ms.
+#: Variants of a run, with the pins of Caller.st. "reset" restarts the robot program after each
+#: fault, and "go on" continues it. "beside a command" repeats another remote command during the
+#: jobs. "slow" executes one statement in each cycle of 5 ms.
 _WAYS: dict[str, dict[str, Value]] = {
     "reset": {},
     "go on": {"Keep": True},
@@ -46,12 +47,12 @@ _WAYS: dict[str, dict[str, Value]] = {
 }
 
 
-#: Time that exceeds the two jobs [scans].
+#: Maximum number of scans in which two jobs must be complete.
 _LONGEST = 100
 
 
 def _jobs() -> str:
-    """Return JOBS.PGM with the routine of the test."""
+    """Return the text of JOBS.PGM, with its last routine replaced by JOB2.PGM of the test."""
     text = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="utf-8")
     before, mark, _ = text.partition("*JOB2:\n")
     assert mark
@@ -59,7 +60,7 @@ def _jobs() -> str:
 
 
 def test_the_robot_program_as_it_is_shipped_has_no_error_and_no_warning() -> None:
-    """The program's lines have at most 80 characters, because a programming box shows them."""
+    """JOBS.PGM has no errors or warnings. Its lines have at most 80 characters."""
     text = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="ascii")
     read, errors = read_program(text)
     assert errors == []
@@ -69,10 +70,10 @@ def test_the_robot_program_as_it_is_shipped_has_no_error_and_no_warning() -> Non
 
 
 class Swept:
-    """The cell with its states before each scan of two jobs.
+    """A cell that has a snapshot before each scan of two jobs.
 
     Args:
-        way: A key of _WAYS.
+        way: The variant of the run, a key of _WAYS.
         jobs: The text of the robot program.
         lib: Folder of the library; None for plc/lib.
     """
@@ -101,20 +102,21 @@ class Swept:
 
     def _two_jobs(self) -> Iterator[object]:
         for _ in range(_LONGEST):
-            if self["Count"] == 3:  # the run begins with the second job
+            # Count was 1 at the first snapshot, so 3 means that two more jobs are done
+            if self["Count"] == 3:
                 return
             yield self.cell.snapshot()
             self.cell.scan()
 
     def press(self) -> None:
-        """Press Start, and let the cell power up."""
+        """Press Start, and run the cell until power-up is complete."""
         self["Start"] = True
         self.cell.run("50ms")
         self["Start"] = False
         self.cell.run_until(lambda: not self["PowerUp.Busy"], within="20s")
 
     def disturb(self, fault: str) -> None:
-        """Inject a fault, and remove it after 300 ms if it lasts."""
+        """Inject a fault. If the fault lasts, remove it after 300 ms."""
         if fault == "CellSafe":
             self["CellSafe"] = False
             self.cell.run("300ms")
@@ -130,7 +132,7 @@ class Swept:
         self.cell.run("100ms")
 
     def judge(self, moment: int, fault: str) -> str:
-        """Return the error after a fault before this scan, or an empty text."""
+        """Inject a fault before scan `moment`, and return the resulting errors, or ""."""
         self.cell.restore(self.moments[moment])
         self.disturb(fault)
         self.cell.run_until(lambda: not self["PowerUp.Busy"], within="20s")
@@ -162,13 +164,16 @@ def _failures(swept: Swept, fault: str) -> list[str]:
 @pytest.mark.parametrize("fault", _FAULTS)
 @pytest.mark.parametrize("way", list(_WAYS))
 def test_no_job_is_executed_twice_or_lost_and_the_next_one_is_done(way: str, fault: str) -> None:
-    """Source: docs/how-to/robot-program.md; head of FB_ProgramCall."""
+    """Every fault is injected before every scan.
+
+    Source: docs/how-to/robot-program.md, FB_ProgramCall.
+    """
     assert _failures(_swept(way), fault) == []
 
 
 @pytest.mark.exhaustive
-def test_over_ethernet_ip_the_same_bytes_go_over_the_wire(tmp_path: Path) -> None:
-    """Time is virtual, so both links have the same areas at the same times."""
+def test_ethernet_ip_and_the_direct_link_have_the_same_areas(tmp_path: Path) -> None:
+    """The direct link and EtherNet/IP have the same areas at the same virtual times."""
     (tmp_path / "JOBS.PGM").write_text(_jobs(), encoding="utf-8")
     robot = tmp_path / "robot.toml"
     robot.write_text('[[programs]]\nfile = "JOBS.PGM"\n', encoding="utf-8")
@@ -183,7 +188,8 @@ def test_over_ethernet_ip_the_same_bytes_go_over_the_wire(tmp_path: Path) -> Non
     assert seen[0] == seen[1]
 
 
-#: Mistakes in JOBS.PGM: a text, its replacement, the way, and a fault that reveals the mistake.
+#: Mistakes in JOBS.PGM: a text, its replacement, the key of _WAYS, and a fault that reveals the
+#: mistake.
 _SLIPS = {
     "it begins again what it has begun": (
         ("  IF CALLTICKET%=SGI30 THEN", "  IF 1=0 THEN"),
@@ -209,10 +215,10 @@ _SLIPS = {
 
 
 @pytest.mark.exhaustive
-@pytest.mark.parametrize("slip", list(_SLIPS))
-def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
-    """The sweep detects a mistake in JOBS.PGM. This shows that the sweep can fail."""
-    (before, after), way, fault, wrong = _SLIPS[slip]
+@pytest.mark.parametrize("mistake", list(_SLIPS))
+def test_a_mistake_in_the_robot_program_is_found(mistake: str) -> None:
+    """The sweep reports each mistake that was put into JOBS.PGM, so the sweep can fail."""
+    (before, after), way, fault, wrong = _SLIPS[mistake]
     assert _jobs().count(before) == 1
     failures = _failures(Swept(way, jobs=_jobs().replace(before, after)), fault)
     assert any(wrong in failure for failure in failures), failures
@@ -222,9 +228,9 @@ def test_a_slip_in_the_robot_program_is_found(slip: str) -> None:
 def test_the_command_sweep_finds_nothing(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Users call the command in this way, with demands in a file.
+    """`rcx sweep` finds no fault after which the program does not recover.
 
-    The test runs a sample of moments.
+    The conditions are in a file, and every 23rd scan is tested.
     """
     (tmp_path / "JOBS.PGM").write_text(_jobs(), encoding="utf-8")
     robot = tmp_path / "robot.toml"

@@ -1,7 +1,7 @@
-"""The demo's program in 1,000 random cells: scan, RPI, phases, jitter, delays.
+"""The program of example 01 works in 1,000 cells with random scan, RPI, phases, jitter and delays.
 
-In any network, the controller must never see two dedicated inputs change within 100 ms or a broken
-handshake, and the program must complete its work.
+In any network, two dedicated inputs must not change within 100 ms in the controller, the handshake
+must be correct, and the program must complete its work.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Compiled(NamedTuple):
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[Compiled]:
-    """Return the demo's program, compiled once."""
+    """Return the program of example 01, compiled once for all tests of this file."""
     demo = Path(__file__).resolve().parents[2] / "plc" / "examples" / "01_power_up"
     program = build(source_files(sorted(demo.glob("*.st"))).all).program
     program.write("Main.CellSafe", True)
@@ -43,7 +43,7 @@ def compiled() -> Iterator[Compiled]:
 
 
 def drawn_robot(random: Random) -> RobotConfig:
-    """Return a controller with a new random delay for every answer."""
+    """Return a robot configuration with random delays for its answers."""
 
     def delay(longest: float) -> tuple[float, float]:
         return 0.0, random.uniform(0.0, longest)
@@ -57,14 +57,15 @@ def drawn_robot(random: Random) -> RobotConfig:
         command_delay=delay(300.0),
         status_reset_delay=delay(60.0),
         skip_run_status=random.choice(("never", "short", "always")),
-        # Longer than scan, RPI, jitter and cycle together. The PLC may miss a shorter run.
+        # The program must run longer than scan, RPI, jitter and cycle together, or the PLC may miss
+        # the run.
         programs=(RobotProgram(duration=random.uniform(200.0, 600.0), loop=False),),
         points={19: Point((20_000, -10_000, 5_000, 0, 0, 0))},
     )
 
 
 class Draw(NamedTuple):
-    """The random properties of one run; scan, RPI and jitter in ms."""
+    """The random properties of one run. `scan`, `rpi` and `jitter` are in ms."""
 
     seed: int
     scan: int
@@ -83,7 +84,10 @@ def draw(seed: int) -> Draw:
 
 
 def cell_of(compiled: Compiled, run: Draw, margin_ms: int | None = None) -> Cell:
-    """Return a random cell in which Start is pressed. The default margin is the library's."""
+    """Return a cell with these random properties in which Start is pressed.
+
+    If `margin_ms` is None, the margin is the library's default.
+    """
     timing = Timing.make(scan=f"{run.scan}ms", rpi=f"{run.rpi}ms", jitter=f"{run.jitter}ms",
                          phases="random", seed=run.seed)  # fmt: skip
     compiled.program.restore(compiled.initial)
@@ -97,14 +101,17 @@ def cell_of(compiled: Compiled, run: Draw, margin_ms: int | None = None) -> Cell
 
 
 def complete(cell: Cell) -> None:
-    """Let time pass until the program has completed its work."""
+    """Run the cell until the program has completed its work."""
     cell.run_until(lambda: cell["Main.Stage"] == "STAGE_COMPLETE", within="30s")
 
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("first", range(0, RUNS, BATCH))
 def test_no_rule_is_broken_in_any_network(compiled: Compiled, first: int) -> None:
-    """Source: manual chapter 5, 3, caution; guide chapters 1 and 2."""
+    """Each run ends without a violation.
+
+    Source: manual chapter 5, 3, caution; guide chapters 1 and 2.
+    """
     for seed in range(first, first + BATCH):
         run = draw(seed)
         cell = cell_of(compiled, run)
@@ -114,7 +121,7 @@ def test_no_rule_is_broken_in_any_network(compiled: Compiled, first: int) -> Non
 
 
 def test_without_a_margin_for_the_network_the_interval_is_broken(compiled: Compiled) -> None:
-    """With 100 ms and no margin the same cells break the interval, so these runs can fail."""
+    """Without the margin, the same cells break the 100 ms interval, so the test can fail."""
     rules = set()
     for seed in range(20):
         cell = cell_of(compiled, draw(seed), margin_ms=0)

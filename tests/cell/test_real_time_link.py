@@ -1,4 +1,4 @@
-"""The link over cyclic I/O has the same four calls as other links, and they never wait."""
+"""A link over cyclic I/O has the same four calls as other links, and no call waits."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def link() -> Iterator[RealTimeLink]:
 
 
 def eventually(link: RealTimeLink, condition: Callable[[], bool]) -> None:
-    """Send requests to the adapter until a condition holds."""
+    """Send requests to the adapter until the condition is true."""
     for _ in range(100_000):
         if condition():
             return
@@ -33,7 +33,7 @@ def eventually(link: RealTimeLink, condition: Callable[[], bool]) -> None:
     raise AssertionError("the condition was not true within 100,000 requests")
 
 
-def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: RealTimeLink) -> None:
+def test_images_arrive_when_the_connection_is_open(link: RealTimeLink) -> None:
     assert isinstance(link, Link)
     assert (link.name, link.size) == ("enip-realtime", 48)
     assert link.scanner_read() == link.robot_read() == bytes(48)
@@ -43,7 +43,7 @@ def test_images_arrive_at_the_other_end_once_the_connection_is_open(link: RealTi
     link.scanner.open()
     eventually(link, lambda: link.robot_read() == bytes(range(48)))
     eventually(link, lambda: link.scanner_read() == bytes(range(100, 148)))
-    # The state of the connection is written after the image of the packet.
+    # The connection state may lag behind the image, because it is written later.
     eventually(link, lambda: link.scanner.read().connected)
     assert link.shared.owner is OwnerState.RUN
 

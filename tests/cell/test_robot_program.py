@@ -1,4 +1,4 @@
-"""A PLC program and a robot program in one cell communicate by bits and words."""
+"""A PLC program and a robot program in one cell exchange bits and words."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ FOLDER = ROOT / "tests/data/robot_programs"
 
 
 def _cell(link: str = "direct", trace: Path | None = None, positions: str = "") -> Cell:
-    """Return the cell with CellSafe; Start is pressed at 500 ms."""
+    """Return a cell at 500 ms with CellSafe and Start TRUE."""
     cell = Cell.build(
         FOLDER / "Supervisor.st",
         engine="builtin",
@@ -30,7 +30,7 @@ def _cell(link: str = "direct", trace: Path | None = None, positions: str = "") 
 
 
 def test_the_robot_brings_each_part_to_the_place_that_the_plc_names() -> None:
-    """Places 1 and 2 alternate. The robot counts in SOW(2) as the PLC does."""
+    """Places 1 and 2 alternate. The robot's count in SOW(2) equals the PLC's count."""
     with _cell() as cell:
         for count, target in (
             (1, [100_000, 50_000]),
@@ -46,7 +46,7 @@ def test_the_robot_brings_each_part_to_the_place_that_the_plc_names() -> None:
 
 @pytest.mark.exhaustive
 def test_over_ethernet_ip_the_trace_is_the_same() -> None:
-    """Time is virtual, so areas, positions and program lines change at the same times."""
+    """The direct link and EtherNet/IP give equal traces: areas, positions and program lines."""
     seen = []
     for link in ("direct", "enip"):
         with _cell(link, positions="mm") as cell:
@@ -60,7 +60,7 @@ def test_over_ethernet_ip_the_trace_is_the_same() -> None:
 
 
 def test_the_same_run_gives_the_same_trace(tmp_path: Path) -> None:
-    """The traces are equal byte for byte."""
+    """Two identical runs give trace files that are equal byte for byte."""
     for name in ("first.jsonl", "second.jsonl"):
         with _cell(trace=tmp_path / name) as cell:
             cell.run("2s")
@@ -68,8 +68,8 @@ def test_the_same_run_gives_the_same_trace(tmp_path: Path) -> None:
     assert first == second
 
 
-def test_after_a_snapshot_the_trace_names_the_lines_again() -> None:
-    """The first cycle after `restore` has the tasks, whatever was recorded in between."""
+def test_after_a_restore_the_trace_names_the_lines_of_all_tasks() -> None:
+    """The first cycle after `restore` names the line of each task, whatever was recorded before."""
     with _cell() as cell:
         cell.run("2s")
         begin = cell.snapshot()
@@ -83,16 +83,16 @@ def test_after_a_snapshot_the_trace_names_the_lines_again() -> None:
         assert lines[0] == lines[1]
 
 
-def test_a_failed_test_tells_the_line_of_each_task() -> None:
-    """At first the program is ready. Later it waits for the request of the PLC."""
+def test_a_failed_test_reports_the_line_of_each_task() -> None:
+    """The report of a failed test names the line of each robot task."""
     with _cell() as cell:
         assert "robot task 1: PLACE ready" in state_of(cell)
         cell.run_until(lambda: cell.robot.program.main.line == 4, within="4s")
         assert "robot task 1: PLACE:4 WAIT SI(20)=1" in state_of(cell).splitlines()
 
 
-def test_a_snapshot_in_the_middle_of_a_movement_continues_alike() -> None:
-    """A restored controller moves in the same way again."""
+def test_a_controller_restored_during_a_movement_repeats_it() -> None:
+    """A controller that is restored during a movement repeats the rest of the movement exactly."""
     with _cell() as cell:
         cell.run_until(lambda: cell.robot.machine.motion.under_way, within="4s")
         robot = cell.robot
@@ -112,8 +112,8 @@ def test_a_snapshot_in_the_middle_of_a_movement_continues_alike() -> None:
         assert len({places for places, _, _ in ways[0]}) > 10
 
 
-def test_a_place_that_the_robot_does_not_know_ends_its_program() -> None:
-    """The robot program sets SO(21) and ends, and SO(13) is OFF."""
+def test_an_unknown_place_ends_the_robot_program() -> None:
+    """For an unknown place, the robot program sets SO(21) and ends."""
     with _cell() as cell:
         cell["Main.Place"] = 7
         cell.run_until(lambda: cell.robot.read_port("SO(21)") == 1, within="4s")

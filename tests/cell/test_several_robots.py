@@ -1,4 +1,4 @@
-"""A cell with more than one controller: areas, clocks, faults, and robot files."""
+"""A cell can have several controllers, each with its own areas, clock, faults and robot file."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ def test_each_controller_has_its_own_connection_and_its_own_status() -> None:
         assert [one.machine.link for one in cell.robots] == ["normal", "lost"]
 
 
-def test_the_areas_are_where_m_and_n_say_and_by_default_one_behind_the_other() -> None:
+def test_the_areas_begin_at_m_and_n_or_follow_one_another() -> None:
     with _cell(m=(0, 200), n=(100,)) as cell:
         cell["Main.ReadArea2.m"] = cell["Main.WriteArea1.n"] = 0
         cell.run("50ms")
@@ -65,7 +65,7 @@ def test_impossible_areas_are_refused(options: dict[str, object], message: str) 
         _cell(**options)
 
 
-def test_an_event_for_a_controller_that_is_not_there_is_refused(tmp_path: Path) -> None:
+def test_an_event_for_a_missing_controller_is_refused(tmp_path: Path) -> None:
     file = tmp_path / "s.toml"
     with _cell() as cell:
         with pytest.raises(InputError, match="no controller 3; the cell has 2"):
@@ -95,8 +95,8 @@ def test_a_stimulus_reaches_the_controller_that_it_names(tmp_path: Path) -> None
     assert second["SO10_AutoMode"], "held"
 
 
-def test_a_broken_rule_says_which_controller_and_which_rule_it_is_of(tmp_path: Path) -> None:
-    """Monitors of both sides report that n + 46 of the second area is not 0.
+def test_a_broken_rule_is_reported_with_its_controller(tmp_path: Path) -> None:
+    """The message names controller 2 if reserved byte n + 46 of its area is not 0.
 
     Source: manual chapter 1, 4.1: reserved.
     """
@@ -115,10 +115,10 @@ def test_a_broken_rule_says_which_controller_and_which_rule_it_is_of(tmp_path: P
 
 @pytest.mark.parametrize("lost", [1, 2])
 @pytest.mark.parametrize("on_loss", ["hold", "clear"])
-def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
-    """The PLC's inputs from the lost controller stay or become zero.
+def test_on_loss_affects_only_the_lost_controller(on_loss: str, lost: int) -> None:
+    """If one controller is lost, its inputs in the PLC hold their values or become zero.
 
-    The inputs from the other controller continue.
+    The inputs from the other controller do not change.
 
     Source: docs/how-to/testing.md, `rcx_on_loss`.
     """
@@ -142,7 +142,7 @@ def test_on_loss_is_each_controllers_own(on_loss: str, lost: int) -> None:
 
 
 def test_each_of_three_controllers_has_a_status_of_its_own(tmp_path: Path) -> None:
-    """The states are written to Connected, Connected2 and Connected3, if a program has them."""
+    """The connection states of three controllers are in Connected, Connected2 and Connected3."""
     file = tmp_path / "three.st"
     file.write_text(
         "PROGRAM P1\n  VAR\n    InputArea, OutputArea : RCX_IMAGE;\n"
@@ -161,8 +161,8 @@ def test_each_of_three_controllers_has_a_status_of_its_own(tmp_path: Path) -> No
             assert [cell[f"Main.{name}"] for name in names] == expected
 
 
-def test_the_rules_of_the_wire_are_judged_by_each_controllers_own_connection() -> None:
-    """While the second connection is lost, only the first one is checked."""
+def test_the_rules_of_the_wire_are_checked_for_connected_controllers_only() -> None:
+    """While controller 2 is not connected, only the outputs to controller 1 are checked."""
     with _cell() as cell:
         cell.run("100ms")
         cell.inject("link_down", controller=2)
@@ -174,7 +174,7 @@ def test_the_rules_of_the_wire_are_judged_by_each_controllers_own_connection() -
         ]
 
 
-def test_a_cell_of_two_goes_back_to_its_snapshot() -> None:
+def test_a_cell_of_two_controllers_can_be_restored() -> None:
     with _cell(jitter="3ms") as cell:
         cell.run("300ms")
         before = cell.snapshot()
@@ -190,7 +190,7 @@ def test_a_cell_of_two_goes_back_to_its_snapshot() -> None:
         assert rest() == one
 
 
-def test_a_trace_tells_the_controllers_apart_and_is_read_back(tmp_path: Path) -> None:
+def test_a_trace_of_two_controllers_can_be_read_again(tmp_path: Path) -> None:
     file = tmp_path / "trace.jsonl"
     with _cell(trace=file, watch=["Main.Connected2"]) as cell:
         cell.run("30ms")
@@ -223,7 +223,7 @@ def test_chart_and_wave_show_each_controller(tmp_path: Path) -> None:
     ]  # fmt: skip
 
 
-def test_the_command_line_takes_a_robot_and_its_areas_more_than_once(
+def test_robot_and_area_options_can_be_repeated(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     chart = tmp_path / "chart.svg"

@@ -25,7 +25,7 @@ def load(folder: Path, text: str) -> Stimulus:
 
 @pytest.fixture
 def schedule(cell: Cell, tmp_path: Path) -> Schedule:
-    """Return a function that schedules the entries of a text in the cell."""
+    """Return a function that schedules the entries of a stimulus text in the cell."""
     return lambda text: load(tmp_path, text).schedule(cell)
 
 
@@ -35,8 +35,8 @@ def test_a_variable_is_set_before_the_scan_at_that_time(cell: Cell, schedule: Sc
     assert [one.si[32] for one in cell.trace.scans()] == [0, 0, 1]
 
 
-def test_durations_stand_in_structures_and_arrays_too(tmp_path: Path) -> None:
-    """Fields and rows that are not given keep their values."""
+def test_durations_can_be_set_in_structures_and_arrays(tmp_path: Path) -> None:
+    """Durations can be set in structures and arrays. Other members keep their values."""
     program = tmp_path / "Timed.st"
     program.write_text(
         "TYPE\n  PART : STRUCT\n    Settle : TIME;\n    Name : STRING[8];\n  END_STRUCT;\n"
@@ -59,7 +59,7 @@ def test_durations_stand_in_structures_and_arrays_too(tmp_path: Path) -> None:
     assert (settle.total_seconds(), name, waits) == (0.05, "5ms", [1, 0.002, 0.000003])
 
 
-def test_entries_may_stand_in_any_order(cell: Cell, schedule: Schedule) -> None:
+def test_entries_may_have_any_order(cell: Cell, schedule: Schedule) -> None:
     schedule(
         '[[at]]\ntime = "20ms"\nset = { "Main.Data" = 2 }\n'
         '[[at]]\ntime = "10ms"\nset = { "Main.Data" = 1 }\n'
@@ -69,8 +69,8 @@ def test_entries_may_stand_in_any_order(cell: Cell, schedule: Schedule) -> None:
     assert [one.si[2] for one in cell.trace.scans()] == [0, 1, 3]
 
 
-def test_an_event_happens_to_the_robot(cell: Cell, schedule: Schedule) -> None:
-    """An alarm turns SO(03) ON.
+def test_an_event_is_injected_into_the_robot(cell: Cell, schedule: Schedule) -> None:
+    """The event `alarm` at 50 ms turns SO(03) ON in the same cycle.
 
     Source: manual chapter 5, 2.
     """
@@ -102,7 +102,7 @@ def test_an_output_is_held_and_released(cell: Cell, schedule: Schedule) -> None:
 
 
 def test_an_output_is_forced_and_a_workpiece_is_placed(cell: Cell, schedule: Schedule) -> None:
-    """SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1)."""
+    """A forced SO(20) is ON until it is released: bit 0 of byte m + 34 (manual chapter 1, 4.1)."""
     schedule(
         '[[at]]\ntime = "50ms"\nforce = { "SO(20)" = 1 }\nworkpieces = { 3 = -5, 4 = 7 }\n'
         '[[at]]\ntime = "100ms"\nrelease = "SO(20)"\nworkpieces = { 4 = "none" }\n'
@@ -142,7 +142,8 @@ def test_the_plc_reads_given_bytes_for_a_time(cell: Cell, schedule: Schedule) ->
     assert given == ["00000000", "01a52000", "01a52000", "07000000", "07000000", given[5]]
     assert read[:5] == [0, 0xA5, 0xA5, 0, 0]
     assert connected[1:] == [True, True, False, False, True]
-    assert cell.trace.scans()[5].so[32:34] != b"\0\0"  # the controller's dedicated outputs
+    # The controller's dedicated outputs are in bytes 32 and 33.
+    assert cell.trace.scans()[5].so[32:34] != b"\0\0"
 
 
 def test_given_bytes_are_part_of_a_snapshot(cell: Cell, schedule: Schedule) -> None:
@@ -156,7 +157,7 @@ def test_given_bytes_are_part_of_a_snapshot(cell: Cell, schedule: Schedule) -> N
 
 
 def test_entries_after_the_end_are_reported(cell: Cell, tmp_path: Path) -> None:
-    """A run ends before its last instant, so an entry at exactly that time has no effect."""
+    """An entry at exactly the end of a run has no effect, so it is reported as too late."""
     times = ("900ms", "1s", "50s")
     text = "".join(
         f'[[at]]\ntime = "{time}"\nset = {{ "Main.Data" = {number} }}\n'

@@ -1,4 +1,4 @@
-"""Events of the PLC and the network: STOP and RUN, power, late scans, disturbed packets."""
+"""Events can stop the PLC, switch its power, delay its scans, and disturb packets."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from structured_text.errors import InputError
 
 @pytest.fixture
 def cell(tmp_path: Path) -> Iterator[Cell]:
-    """Return a cell in which the program has fed and counted a part."""
+    """Return a cell in which the program has fed and counted at least one part."""
     with Cell.build(feeder(tmp_path), engine="builtin") as made:
         made.run("200ms")
         made["Main.Closed"] = True
@@ -34,7 +34,7 @@ def cell(tmp_path: Path) -> Iterator[Cell]:
 
 @pytest.mark.parametrize(("start", "fed", "total"), [("warm", False, True), ("cold", False, False)])
 def test_a_warm_start_keeps_retained_data(cell: Cell, start: str, fed: bool, total: bool) -> None:
-    """Source: IEC 61131-3, 2.4.2, warm and cold restart."""
+    """A warm start keeps retained data; a cold start does not. Source: IEC 61131-3, 2.4.2."""
     cell.inject("plc_stop")
     scans = cell.scans
     cell.run("500ms")
@@ -45,7 +45,7 @@ def test_a_warm_start_keeps_retained_data(cell: Cell, start: str, fed: bool, tot
     assert not cell["Main.Running"]
 
 
-def test_a_plc_that_continues_has_lost_its_connection(cell: Cell) -> None:
+def test_a_plc_that_continues_must_connect_again(cell: Cell) -> None:
     fed = cell["Main.Fed"]
     cell.inject("plc_stop")
     cell.run("20ms")
@@ -58,7 +58,7 @@ def test_a_plc_that_continues_has_lost_its_connection(cell: Cell) -> None:
     assert not cell.violations
 
 
-def test_an_input_is_there_after_a_start_and_what_the_program_wrote_is_not(cell: Cell) -> None:
+def test_after_a_start_inputs_keep_their_values_and_other_variables_do_not(cell: Cell) -> None:
     cell.inject("plc_power_off")
     cell.run("200ms")
     cell.inject("plc_power_on")
@@ -75,7 +75,7 @@ def test_a_plc_without_power_does_not_continue(cell: Cell) -> None:
         cell.scan()
 
 
-def test_a_scan_comes_late_and_all_others_with_it(cell: Cell) -> None:
+def test_a_late_scan_delays_all_later_scans(cell: Cell) -> None:
     cell.scan()
     last = cell.now_us
     cell.inject("plc_overrun", by="35ms")
@@ -86,7 +86,7 @@ def test_a_scan_comes_late_and_all_others_with_it(cell: Cell) -> None:
     assert times == [45_000, 55_000, 65_000]
 
 
-def test_packets_are_lost_for_good_until_the_share_is_0(cell: Cell) -> None:
+def test_packets_are_lost_until_the_share_is_0(cell: Cell) -> None:
     cell.inject("packets_lost", to="plc")
     cell.run("200ms")
     assert not cell["Main.Connected"]
@@ -132,7 +132,7 @@ def test_a_wrong_argument_of_an_event_is_refused(
         cell.inject(event, **args)
 
 
-# --- in a stimulus ----------------------------------------------------------------------------
+# --- events in a stimulus file ------------------------------------------------------------------
 
 
 def _load(tmp_path: Path, text: str) -> Stimulus:
@@ -141,7 +141,7 @@ def _load(tmp_path: Path, text: str) -> Stimulus:
     return Stimulus.load(file)
 
 
-def test_a_lasting_event_ends_after_its_time(cell: Cell, tmp_path: Path) -> None:
+def test_an_event_with_a_duration_ends_after_this_time(cell: Cell, tmp_path: Path) -> None:
     _load(
         tmp_path,
         'at = [\n  { time = "1400ms", set = { "Main.Go" = true }, for = "100ms" },\n'

@@ -1,7 +1,7 @@
-"""Three robot programs as users write them, each with a PLC program, over both links.
+"""Three typical robot programs of users run with their PLC programs over both links.
 
-They resemble public programs and drivers: positions that the PLC sends, a tray that is unloaded in
-a loop with a gripper's switch, and a file with all data of a controller.
+The programs resemble public ones. One receives positions from the PLC. One unloads a tray in a loop
+and checks the gripper's switch. One is in a file with all data of a controller.
 """
 
 from __future__ import annotations
@@ -18,18 +18,19 @@ from rcx_harness.cli.app import main
 from serve_process import ServeProcess, own_addresses
 
 FOLDER = ROOT / "tests/data/robot_programs"
-#: Folder, PLC program, and a variable with its final value without a gripper's switch.
+#: For each folder: the PLC program, and a variable with its value at the end of a run in which the
+#: gripper's switch stays OFF.
 CELLS = {
     "unloading": ("Belt.st", "Main.Empty.Value", "TRUE"),
     "positions": ("Positions.st", "Main.k", "4"),
     "two_tasks": ("Gluing.st", "Main.Done", "2"),
 }
-#: The time of the longest program, and the time of the comparison.
+#: Run time of the longest program, and duration of the compared runs.
 LONGEST, COMPARED = "12s", "4s"
 
 
 def _cell(name: str, link: str = "direct", trace: Path | None = None) -> Cell:
-    """Return the cell with CellSafe; Start is pressed at 500 ms."""
+    """Return a cell at 500 ms with CellSafe and Start TRUE."""
     cell = Cell.build(
         FOLDER / name / CELLS[name][0],
         engine="builtin",
@@ -43,12 +44,12 @@ def _cell(name: str, link: str = "direct", trace: Path | None = None) -> Cell:
     return cell
 
 
-def test_a_tray_is_unloaded_and_a_part_that_is_not_gripped_is_left() -> None:
-    """The vacuum switch DI(20) is OFF at the first part only, so 5 of 6 parts reach the belt."""
+def test_a_tray_is_unloaded_except_for_a_part_that_is_not_gripped() -> None:
+    """If the vacuum switch DI(20) is OFF at the first part only, 5 of 6 parts reach the belt."""
     with _cell("unloading") as cell:
         robot = cell.robot
         cell.run_until(lambda: robot.read_port("DO(20)") == 1, within="5s")
-        assert robot.positions == [-60_000, 0, 30_000, 0]  # the first work position
+        assert robot.positions == [-60_000, 0, 30_000, 0]  # This is the first position in the tray.
         cell.run_until(lambda: robot.read_port("SO(22)") == 1, within="5s")
         robot.inject("parallel_input", port=20, on=1)
         places = []
@@ -63,10 +64,10 @@ def test_a_tray_is_unloaded_and_a_part_that_is_not_gripped_is_left() -> None:
         assert cell["Main.Fault"] == 0
 
 
-def test_the_plc_names_positions_and_learns_of_a_refused_one() -> None:
-    """The third position is beyond the soft limit, which is alarm 2.334.
+def test_the_plc_sends_positions_and_receives_the_alarm_of_a_refused_one() -> None:
+    """The third position is beyond the soft limit, so the robot has alarm 2.334.
 
-    The program sends the number 334.
+    The robot program sends the number 334 to the PLC.
     """
     with _cell("positions") as cell:
         for count, x, y in ((1, 50_000, 25_000), (2, -20_500, 40_000)):
@@ -81,7 +82,7 @@ def test_the_plc_names_positions_and_learns_of_a_refused_one() -> None:
 
 
 def test_two_tasks_share_the_data_of_one_file() -> None:
-    """The bead has 40 mm, a half circle of 31.4 mm and 40 mm at 100 mm/s, and 20 mm back to P2."""
+    """Two tasks of one data file run at once, and the gluing time fits the length of the path."""
     with _cell("two_tasks") as cell:
         robot = cell.robot
         assert robot.config.parameters["ACCEL"] == (80, 80, 50, 100)
@@ -95,7 +96,7 @@ def test_two_tasks_share_the_data_of_one_file() -> None:
         cell.run("500ms")
         assert ("running", "running") in seen
         assert [task.state for task in robot.program.tasks] == ["ended", "ended"]
-        length = 40 + 31.4 + 44.7  # P5 to P2 is sqrt(40^2 + 20^2)
+        length = 40 + 31.4 + 44.7  # line 40 mm, half circle 31.4 mm, P5 to P2 sqrt(40^2 + 20^2) mm
         assert length / 100 * 1000 <= cell["Main.Milliseconds"] <= length / 100 * 1000 * 1.15
         assert cell["Main.Blinks"] >= 10
         assert robot.positions[:3] == [0, 10_000, 0]
@@ -105,7 +106,7 @@ def test_two_tasks_share_the_data_of_one_file() -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("name", CELLS)
 def test_over_ethernet_ip_the_trace_is_the_same(name: str) -> None:
-    """Time is virtual, so both links have the same areas at the same times."""
+    """The direct link and EtherNet/IP have the same areas at the same virtual times."""
     seen = []
     for link in ("direct", "enip"):
         with _cell(name, link) as cell:
@@ -117,7 +118,7 @@ def test_over_ethernet_ip_the_trace_is_the_same(name: str) -> None:
 
 @pytest.mark.parametrize("name", ["two_tasks"])
 def test_the_same_run_gives_the_same_trace(name: str, tmp_path: Path) -> None:
-    """The traces are equal byte for byte."""
+    """Two identical runs give trace files that are equal byte for byte."""
     for file in ("first.jsonl", "second.jsonl"):
         with _cell(name, trace=tmp_path / file) as cell:
             cell.run(COMPARED)
@@ -133,7 +134,7 @@ def test_the_same_run_gives_the_same_trace(name: str, tmp_path: Path) -> None:
 def test_over_rcx_serve_the_program_runs_to_its_end(
     name: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The run is in real time, with the controller in a process of its own."""
+    """The program completes in real time with a controller in another process (`rcx serve`)."""
     plc, variable, value = CELLS[name]
     folder = FOLDER / name
     (address,) = own_addresses(1)

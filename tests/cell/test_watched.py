@@ -1,8 +1,8 @@
-# ruff: noqa: RUF001 - the chart is drawn with these
-"""Watched variables are selected by path or pattern, and shown alike on every engine.
+# ruff: noqa: RUF001 - charts consist of these box-drawing characters
+"""Watched variables are selected by path or pattern, and have the same values on every engine.
 
-The expected values follow from tests/cell/programs/Watched.st: it counts its scans and sets most
-variables in the third scan. Five scans run in 50 ms.
+The expected values follow from tests/cell/programs/Watched.st. This program counts its scans and
+sets most variables in the third scan. Five scans run in 50 ms.
 """
 
 from __future__ import annotations
@@ -38,7 +38,7 @@ _AT_THE_END = {"Main.Scans": "5", "Main.State": "W_RUN", "Main.Grid[1,0]": "0",
 
 @pytest.fixture
 def watched(build_cell: Build, tmp_path: Path) -> Build:
-    """Return a function that builds cells of the program of this file."""
+    """Return a function that builds cells of programs/Watched.st with watched patterns."""
     program = Path(__file__).parent / "programs" / "Watched.st"
     (tmp_path / "no-library").mkdir()
 
@@ -55,7 +55,7 @@ def test_values_are_shown_as_in_structured_text(watched: Build, engine: str) -> 
     cell.run("50ms")
     assert cell.watched() == _AT_THE_END
     cell.close()
-    assert cell.watched() == _AT_THE_END, "the last value, after the end, too"
+    assert cell.watched() == _AT_THE_END, "a closed cell must keep the last values"
 
 
 @pytest.mark.parametrize("engine", ENGINES)
@@ -83,7 +83,7 @@ def test_a_trace_has_all_values_and_types(watched: Build, engine: str, tmp_path:
     }
 
 
-def test_a_trace_without_watched_variables_says_nothing_of_them(watched: Build) -> None:
+def test_a_trace_without_watched_variables_has_no_values(watched: Build) -> None:
     cell = watched()
     cell.run("20ms")
     assert not any('"watch"' in line or '"vars"' in line for line in cell.trace.lines())
@@ -114,7 +114,7 @@ def test_a_trace_without_watched_variables_says_nothing_of_them(watched: Build) 
 def test_a_pattern_finds_variables_but_no_blocks_and_no_long_arrays(
     watched: Build, pattern: str, found: list[str] | None
 ) -> None:
-    """Timer and Block are blocks, InputArea has 512 elements."""
+    """A pattern does not match function blocks (Timer, Block) and long arrays (InputArea)."""
     if found is None:
         with pytest.raises(InputError, match="matches only blocks and long arrays; name one"):
             watched(pattern)
@@ -144,7 +144,7 @@ def test_a_mistyped_name_gets_suggestions(watched: Build, pattern: str, message:
     assert message in str(caught.value)
 
 
-def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
+def test_global_variables_are_found_with_and_without_their_list(
     build_cell: Build, tmp_path: Path
 ) -> None:
     files = {
@@ -168,7 +168,7 @@ def test_global_variables_are_found_alone_or_behind_the_name_of_their_list(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: str) -> None:
-    """States are shown as text at 20 ms, in the third scan."""
+    """Each member has its own lane. The third scan (20 ms) changes all values but Connected."""
     cell = watched("Main.State,Main.Item,Main.Connected", engine=engine)
     timeline = Timeline(cell.trace)
     cell.trace.listen(timeline.take)
@@ -183,8 +183,8 @@ def test_a_chart_has_a_lane_for_each_member_and_element(watched: Build, engine: 
     assert set(at["Main.Connected"]) == {"▔"}
 
 
-def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
-    """Scans and Blink change in each scan, State in the third scan."""
+def test_variables_that_change_in_each_scan_add_no_columns(watched: Build) -> None:
+    """Scans and Blink change in each scan and add no columns. State adds a column at 20 ms."""
     cell = watched("Main.Scans,Main.Blink,Main.State", robot=RobotConfig(boot_time=0.0))
     timeline = Timeline(cell.trace)
     cell.trace.listen(timeline.take)
@@ -193,10 +193,10 @@ def test_variables_that_always_change_make_no_columns(watched: Build) -> None:
     assert 20_000 in times
     assert len(times) < 10
     line = next(one for one in text_chart(timeline, 80).splitlines() if "Main.Scans" in one)
-    assert "╳3─" in line, "the value at the time of the column"
+    assert "╳3─" in line, "the column must show the value of its time"
 
 
-def test_alone_it_makes_columns_after_all(watched: Build) -> None:
+def test_a_single_changing_variable_adds_columns(watched: Build) -> None:
     timeline = Timeline(watched("Main.Scans").trace)
     for k in range(100):
         timeline.take(Scan(k, k, bytes(48), bytes(48), {"Main.Scans": k}))
@@ -206,8 +206,10 @@ def test_alone_it_makes_columns_after_all(watched: Build) -> None:
 @pytest.mark.parametrize(
     "pattern", ["Main.*a*a*a*a*a*a*a*a*a*a*a*a*a*a*a*b", "Main." + "*?" * 15 + "*"]
 )
-def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str) -> None:
-    """A regular expression would try all ways to divide the name among the stars.
+def test_a_pattern_of_thirty_stars_is_compared_quickly(watched: Build, pattern: str) -> None:
+    """The comparison with a pattern of thirty stars ends quickly.
+
+    A regular expression would try all ways to divide the name among the stars.
 
     Source: docs/reference/limits.md, variables that are watched.
     """
@@ -216,7 +218,7 @@ def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str
 
 
 @pytest.mark.parametrize(
-    ("pattern", "name", "fits"),
+    ("pattern", "name", "matches"),
     [
         ("*", "", True),
         ("*", "Speed", True),
@@ -230,13 +232,16 @@ def test_a_pattern_of_thirty_stars_is_compared_once(watched: Build, pattern: str
         ("Spee", "Speed", False),
     ],
 )
-def test_a_star_and_a_question_mark_are_wildcards(pattern: str, name: str, fits: bool) -> None:
-    """Source: docs/reference/trace.md, --watch."""
-    assert is_like(pattern, name) == fits
+def test_a_star_and_a_question_mark_are_wildcards(pattern: str, name: str, matches: bool) -> None:
+    """`*` matches any text, and `?` matches one character.
+
+    Source: docs/reference/trace.md, --watch.
+    """
+    assert is_like(pattern, name) == matches
 
 
 def test_watched_variables_have_a_limit(watched: Build, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The program has six elements in Items and Grid.
+    """If a pattern matches more variables than the limit (here 3), it is rejected.
 
     Source: docs/reference/limits.md, variables that are watched.
     """

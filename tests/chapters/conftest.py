@@ -1,4 +1,4 @@
-"""The cell for the sentences of the manual, compiled once and restarted for each test."""
+"""Fixtures with the cell of the chapter tests. It is compiled once and restarted for each test."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Start = Callable[..., ChapterCell]
 
 @pytest.fixture(scope="session")
 def compiled() -> Iterator[tuple[Program, object]]:
-    """Return the program and its state before the first scan."""
+    """Return the compiled program of the chapter tests and its state before the first scan."""
     files = source_files(Path(__file__).parent / "programs")
     program = build(files.all).program
     yield program, program.snapshot()
@@ -28,7 +28,7 @@ def compiled() -> Iterator[tuple[Program, object]]:
 
 @pytest.fixture
 def start(compiled: tuple[Program, object]) -> Iterator[Start]:
-    """Return a function that starts a cell from fields of RobotConfig and `plc_size`.
+    """Return a function that starts a cell. Its arguments are fields of RobotConfig and `plc_size`.
 
     After the test, no rule of the manual or of the blocks' contract may have been broken.
     """

@@ -32,7 +32,7 @@ def _lost(start: Start, **config: object) -> ChapterCell:
 
 
 def _restored(cell: ChapterCell, *events: str) -> ChapterCell:
-    """Inject these events, then plug the cable in again."""
+    """Inject the given events, plug the cable in again, and run the cell for 1 s."""
     for event in (*events, "link_up"):
         cell.cell.inject(event)
     cell.run("1s")
@@ -45,11 +45,11 @@ def _read_version(cell: ChapterCell) -> int:
     return cell.execute("Command")
 
 
-# The first sentence, before the three items
+# The first sentence of section 5, before its three numbered items
 
 
 def test_the_controller_always_starts_in_the_servo_off_state_after_power_on(start: Start) -> None:
-    """The servos are OFF after every power-on, also after a power cycle with the servos on.
+    """The servos are OFF after every power-on, even if they were ON before a power cycle.
 
     Source: manual chapter 1, 5.
     """
@@ -121,7 +121,7 @@ def test_after_the_loss_of_the_connection_communication_is_disabled(start: Start
 
 
 def test_after_the_loss_of_the_connection_si00_turns_off_in_the_controller(start: Start) -> None:
-    """The PLC's image still has SI(00) ON until the PLC detects the loss.
+    """The controller turns SI(00) OFF although SI(00) is still ON in the PLC's image.
 
     Source: manual chapter 1, 5, 2
     """
@@ -143,7 +143,7 @@ def test_after_the_loss_of_the_connection_si06_turns_off_in_the_controller(start
 
 
 def test_after_the_loss_of_the_connection_the_safety_connector_is_valid(start: Start) -> None:
-    """The connector still causes the emergency stop when the connection is back.
+    """If the SAFETY connector opens during the loss, the emergency stop is active afterwards.
 
     Source: manual chapter 1, 5, 2.
     """
@@ -157,7 +157,7 @@ def test_after_the_loss_of_the_connection_the_safety_connector_is_valid(start: S
 def test_after_the_loss_of_the_connection_the_stop_of_a_parallel_board_works_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """The board still causes the stop when the connection is back.
+    """If the parallel board's stop input opens during the loss, the stop is active afterwards.
 
     Source: manual chapter 1, 5, 2.
     """
@@ -260,8 +260,8 @@ def test_without_a_connection_at_power_on_the_stop_of_a_parallel_board_works_unl
     assert cell.robot.machine.stopped is stops
 
 
-def test_communication_is_enabled_when_a_connection_that_never_was_comes(start: Start) -> None:
-    """The alarm disappears as well, so servo on does not need an alarm reset.
+def test_communication_is_enabled_with_the_first_connection_after_power_on(start: Start) -> None:
+    """When the first connection is made, the alarm disappears. Servo on needs no alarm reset.
 
     Source: manual chapter 1, 5, 3, note
     """

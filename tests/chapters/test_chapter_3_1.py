@@ -58,7 +58,7 @@ def test_to_connect_the_master_module_must_operate() -> None:
 def test_to_connect_master_and_controller_must_have_the_same_size_48_or_256_bytes(
     start: Start, robot: int, plc: int, connected: bool
 ) -> None:
-    """The size is 48 bytes with SIOW extension invalid, and 256 bytes with it valid.
+    """The controller has 48 bytes if the parameter SIOW extension is invalid, otherwise 256 bytes.
 
     Source: manual chapter 3, 1.
     """
@@ -92,7 +92,7 @@ def test_correctly_connected_the_leds_show_the_normal_state(start: Start) -> Non
 
 
 def test_correctly_connected_the_host_must_turn_both_stop_signals_on(start: Start) -> None:
-    """The program does not start while either of them is OFF. Source: manual chapter 3, 1."""
+    """The program does not start while SI(00) or SI(06) is OFF. Source: manual chapter 3, 1."""
     cell = start()
     cell["CellSafe"] = cell["StopReleased"] = False
     cell.run("500ms")
@@ -130,7 +130,10 @@ def test_correctly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disa
 
 
 def test_incorrectly_connected_the_leds_show_the_error_state(start: Start) -> None:
-    """The cable is unplugged. Source: manual chapter 3, 1; chapter 4, 2."""
+    """If the cable is unplugged, the LEDs show the error.
+
+    Source: manual chapter 3, 1; chapter 4, 2.
+    """
     cell = start()
     cell.cell.inject("link_down")
     cell.run("500ms")
@@ -155,7 +158,7 @@ def test_with_different_sizes_the_leds_show_the_error_state(start: Start) -> Non
 
 
 def test_the_leds_show_the_error_state_also_when_the_master_does_not_operate() -> None:
-    """The master has never operated, or does not operate any more.
+    """The LEDs show the error if the master has never operated, or has stopped.
 
     Source: manual chapter 3, 1; chapter 4, 2.
     """
@@ -185,7 +188,7 @@ def test_incorrectly_connected_the_safety_connector_is_always_valid(start: Start
 def test_incorrectly_connected_the_stop_of_a_parallel_board_is_enabled_unless_disabled(
     start: Start, board: str, stops: bool
 ) -> None:
-    """The stop is enabled as soon as the connection exists. Source: manual chapter 3, 1."""
+    """The stop takes effect as soon as the connection exists. Source: manual chapter 3, 1."""
     cell = start(parallel_io=board, parallel_stop=False)
     cell.cell.inject("link_down")
     cell.run("500ms")

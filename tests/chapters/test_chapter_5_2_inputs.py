@@ -19,7 +19,7 @@ def test_si00_off_puts_the_controller_into_the_emergency_stop_state(start: Start
 
 
 def test_si00_is_kept_on_during_normal_operation(start: Start) -> None:
-    """From power-on to the running program, SI(00) changes once.
+    """From power-on to the running program, SI(00) turns ON once and stays ON.
 
     Source: manual chapter 5, 2, SI(00).
     """
@@ -30,7 +30,7 @@ def test_si00_is_kept_on_during_normal_operation(start: Start) -> None:
 
 
 def test_si01_on_puts_the_servos_on_after_an_emergency_stop_was_cancelled(start: Start) -> None:
-    """SI(00) ON and the alarm reset cancel the emergency stop.
+    """SI(00) ON and an alarm reset cancel the emergency stop; then SI(01) turns the servos on.
 
     Source: manual chapter 5, 2, SI(01)
     """
@@ -41,7 +41,7 @@ def test_si01_on_puts_the_servos_on_after_an_emergency_stop_was_cancelled(start:
 
 
 def test_si01_acts_when_it_is_switched_from_off_to_on() -> None:
-    """If SI(01) stays ON during a loss of the servos, it has no further effect.
+    """If the servos turn off while SI(01) is ON, they stay off until SI(01) turns ON again.
 
     Source: manual chapter 5, 2, SI(01)
     """
@@ -71,7 +71,7 @@ def test_si01_needs_si00_on() -> None:
 
 
 def test_si01_needs_all_emergency_stops_cancelled(start: Start) -> None:
-    """SI(00) is ON, and the terminal of the SAFETY connector is open.
+    """If the SAFETY connector is open, SI(01) does not turn the servos on, even with SI(00) ON.
 
     Source: manual chapter 5, 2, SI(01)
     """
@@ -145,7 +145,10 @@ def test_si12_acts_when_it_is_switched_from_off_to_on() -> None:
 
 
 def test_si15_on_resets_the_robot_program(start: Start) -> None:
-    """A stopped program starts at its first line. Source: manual chapter 5, 2, SI(15)."""
+    """After SI(15), a stopped program starts at its first line.
+
+    Source: manual chapter 5, 2, SI(15).
+    """
     cell = start(**steps_once("SO(20)=1", "WAIT SI(20)=1", "SO(21)=1", "WAIT SI(20)=0")).servo_on()
     assert cell.execute("AutoStart") == 0
     assert cell.execute("ProgramStop") == 0

@@ -27,7 +27,7 @@ def test_si14_returns_incremental_and_semi_absolute_axes(start: Start) -> None:
 
 
 def test_at_si14_incremental_axes_return_and_semi_absolute_axes_search(start: Start) -> None:
-    """After the return-to-origin an axis is at 0; after the search it is where it was before.
+    """After SI(14) the incremental axis is at 0. The semi-absolute axis is where it was before.
 
     Source: manual chapter 5, 2, SI(14)
     """
@@ -111,10 +111,10 @@ def test_with_abs_nothing_moves_while_a_mark_axis_is_not_complete(start: Start) 
         ((ABSOLUTE, INCREMENTAL, SEMI), [0, 0, 700]),
     ],
 )
-def test_with_abs_org_si17_performs_the_return_of_the_axis_types_that_are_there(
+def test_with_abs_org_si17_performs_the_return_of_all_axis_types(
     start: Start, axes: tuple[Axis, ...], positions: list[int]
 ) -> None:
-    """Robots have only absolute axes, only other axes (a semi-absolute one searches), or all types.
+    """SI(17) returns all axes of a robot, whatever their types. A semi-absolute axis searches.
 
     Source: manual chapter 5, 2, SI(17), ABS/ORG
     """
@@ -124,7 +124,7 @@ def test_with_abs_org_si17_performs_the_return_of_the_axis_types_that_are_there(
     assert all(cell.robot.origins)
 
 
-def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(start: Start) -> None:
+def test_with_abs_org_the_absolute_axes_move_before_the_other_axes(start: Start) -> None:
     """Source: manual chapter 5, 2, SI(17), ABS/ORG."""
     cell = start(axes=(INCREMENTAL, SEMI, ABSOLUTE), origin_complete=False).servo_on()
     cell["Axes"] = "ORIGIN_ABSOLUTE"
@@ -137,7 +137,7 @@ def test_with_abs_org_and_mixed_axes_the_absolute_ones_go_before_the_others(star
 
 
 def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
-    """One input serves all axes (ABS/ORG), as in older controllers.
+    """In the mode ABS/ORG, SI(17) alone performs the return-to-origin of all axes.
 
     Source: manual chapter 5, 2, SI(17), first note
     """
@@ -146,8 +146,8 @@ def test_si17_can_serve_as_both_inputs_of_older_robots(start: Start) -> None:
     assert cell.on("SO11")
 
 
-def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(start: Start) -> None:
-    """The absolute axes return although they have their origin.
+def test_with_abs_org_si17_returns_absolute_axes_each_time(start: Start) -> None:
+    """In the mode ABS/ORG, absolute axes return to origin again although their origin is complete.
 
     Source: manual chapter 5, 2, SI(17), second note.
     """
@@ -158,8 +158,8 @@ def test_with_si17_for_both_the_absolute_axes_return_each_time_the_others_do(sta
     assert cell.robot.positions[0] == 0
 
 
-def test_with_mixed_axes_si17_and_si14_each_for_its_type_is_recommended(start: Start) -> None:
-    """With an input for each type, absolute axes do not move together with the others.
+def test_with_mixed_axes_si17_and_si14_are_used_separately(start: Start) -> None:
+    """If SI(17) serves absolute axes and SI(14) the others, SI(14) does not move absolute axes.
 
     Source: manual chapter 5, 2, SI(17), last note
     """

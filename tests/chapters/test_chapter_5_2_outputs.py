@@ -174,7 +174,7 @@ def test_a_general_purpose_output_follows_assignment_set_reset_and_out(
 
 
 def test_each_of_the_outputs_so20_to_so157_reaches_the_master(start: Start) -> None:
-    """There are 96 outputs. A program or an area check may assign them.
+    """Each of the 96 outputs that the robot writes is read by the PLC.
 
     Source: manual chapter 5, 2, SO(20) to SO(157) and note
     """

@@ -30,7 +30,10 @@ def test_siw0_is_the_remote_command_area(start: Start) -> None:
 
 
 def test_siw1_is_the_command_data_area_of_the_remote_command(start: Start) -> None:
-    """The word is 0 without a command. Source: manual chapter 5, 2, SIW(1)."""
+    """SIW(1) has the command's first data word, and is 0 without a command.
+
+    Source: manual chapter 5, 2, SIW(1).
+    """
     cell = start().servo_on()
     _move_to_19(cell)
     images = [one.rcx_si for one in cell.cell.trace.cycles() if one.rcx_si]
@@ -44,7 +47,7 @@ def test_siw1_is_the_command_data_area_of_the_remote_command(start: Start) -> No
 def test_siw_words_input_word_data_to_the_robot_program(
     start: Start, number: int, size: int
 ) -> None:
-    """The words are unsigned, also SIW(24) to SIW(127) in the extended area.
+    """A robot program reads SIW words as unsigned numbers, in both sizes of the area.
 
     Source: manual chapter 5, 2, SIW(2) to SIW(15), SIW(24) to SIW(127)
     """
@@ -58,7 +61,7 @@ def test_siw_words_input_word_data_to_the_robot_program(
 def test_sid_double_words_input_double_word_data_to_the_robot_program(
     start: Start, number: int, size: int
 ) -> None:
-    """The double words are signed.
+    """A robot program reads SID double words as signed numbers.
 
     Source: manual chapter 5, 2, SID(2) to SID(14), SID(24) to SID(126).
     """
@@ -69,9 +72,9 @@ def test_sid_double_words_input_double_word_data_to_the_robot_program(
 
 
 def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Start) -> None:
-    """During the command, the word for the robot program is not on the wire.
+    """While a command is sent, SIW(4) contains command data.
 
-    Afterwards it returns.
+    After the command, SIW(4) contains the word for the robot program again.
 
     Source: manual chapter 5, 2, SIW(2) to SIW(15)
     """
@@ -86,13 +89,16 @@ def test_siw2_to_siw15_are_the_command_data_area_of_a_remote_command(start: Star
 
 
 def test_sow0_and_sow1_are_for_status_and_response_of_remote_commands(start: Start) -> None:
-    """Robot programs cannot write these words. Source: manual chapter 5, 2, SOW(0) and SOW(1)."""
+    """Robot programs cannot write SOW(0) and SOW(1).
+
+    Source: manual chapter 5, 2, SOW(0) and SOW(1).
+    """
     cell = start().settle()
     for name in ("SOW(0)", "SOW(1)", "SOD(0)"):
         with pytest.raises(Exception, match="not a general-purpose word"):
             cell.robot.write_port(name, 1)
     cell["Command.Code"] = 0x0101
-    cell["Data[2]"] = 7  # a point that is not defined
+    cell["Data[2]"] = 7  # point 7 is not defined
     cell["Command.Execute"] = True
     cell.cell.run_until(lambda: cell["Command.Error"] is True, within="1s")
     # The guide only names the alarm. The number 6.204 is assumed: docs/explanation/fidelity.md,
@@ -124,9 +130,9 @@ def test_sod_double_words_output_double_word_data_of_the_robot_program(
 
 
 def test_sow2_to_sow15_are_the_response_area_of_a_remote_command(start: Start) -> None:
-    """While the response is shown, the word of the robot program is not valid.
+    """While SOW(2) contains a response, the PLC's reading block shows no valid word.
 
-    The block never shows the response as this word.
+    The block never shows the response as the robot program's word.
 
     Source: manual chapter 5, 2, SOW(2) to SOW(15)
     """

@@ -1,6 +1,6 @@
 """The sentences of chapter 5, 3, about the timing charts of dedicated inputs and outputs.
 
-The tests check the steps as the controller saw them, in that order.
+The tests check the changes of inputs and outputs in the controller, in the order of the charts.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ def test_the_controller_begins_with_the_servos_off_after_power_on(start: Start) 
 
 
 def test_between_two_changes_of_dedicated_inputs_there_are_100_ms_or_more(start: Start) -> None:
-    """The controller sees this distance between any two changes that the blocks make.
+    """Any two changes that the blocks make reach the controller 100 ms or more apart.
 
     Source: manual chapter 5, 3.1, caution.
     """
@@ -38,11 +38,11 @@ def test_between_two_changes_of_dedicated_inputs_there_are_100_ms_or_more(start:
     before, last, gaps = bytes(2), None, []
     for one in cell.cell.trace.cycles():
         if one.rcx_si and one.rcx_si[32:34] != before:
-            fallen = before[0] & ~one.rcx_si[32] & 0x41  # a stop may come without an interval
+            fallen = before[0] & ~one.rcx_si[32] & 0x41  # a stop input may turn OFF at once
             if last is not None and not fallen:
                 gaps.append(one.t_us - last)
             before, last = one.rcx_si[32:34], one.t_us
-    assert len(gaps) == 10  # after SI00: SI06; SI01, SI15, SI12 on and off; SI06; SI12 on and off
+    assert len(gaps) == 10  # SI06 ON; SI01, SI15, SI12 ON and OFF; SI06 ON; SI12 ON and OFF
     assert min(gaps) >= 100_000
 
 
@@ -77,8 +77,8 @@ def test_the_interval_holds_between_changes_of_different_dedicated_inputs() -> N
     assert len(master.texts()) == 1
 
 
-def test_the_interval_holds_also_where_a_dedicated_output_has_answered(start: Start) -> None:
-    """SO(02) comes after 5 ms. SI(01) is withdrawn only 100 ms or more after it was set.
+def test_the_interval_holds_even_if_the_controller_answers_earlier(start: Start) -> None:
+    """Although SO(02) is ON after 5 ms, SI(01) stays ON for 100 ms or more.
 
     Source: manual chapter 5, 3.1, caution
     """
@@ -100,8 +100,8 @@ def test_initial_servo_on_after_power_on(start: Start) -> None:
     assert cell.steps_of("ServoOn") == ["SI01 ON", "SO02 ON", "SI01 OFF"]
 
 
-def test_servo_on_is_answered_if_it_is_not_the_emergency_stop_state(start: Start) -> None:
-    """In the emergency stop state, the block refuses servo ON, and the controller would not answer.
+def test_servo_on_is_not_answered_in_the_emergency_stop_state(start: Start) -> None:
+    """In the emergency stop state, the block rejects servo ON; the controller ignores SI(01).
 
     Source: manual chapter 5, 3.1, initial servo ON process
     """
@@ -184,7 +184,7 @@ def test_from_the_emergency_stop_state_each_input_goes_off_after_its_output_is_c
 
 
 def test_auto_mode_needs_the_auto_input_on_and_the_manual_lock_off(start: Start) -> None:
-    """Either condition alone has no effect. With both, SO(10) is ON.
+    """SO(10) turns ON only if the AUTO input is ON and the manual lock is OFF.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
     """
@@ -201,7 +201,7 @@ def test_auto_mode_needs_the_auto_input_on_and_the_manual_lock_off(start: Start)
 
 
 def test_after_the_changeover_the_programming_box_has_no_authority(start: Start) -> None:
-    """Before the changeover, dedicated inputs start nothing although SO(10) is ON.
+    """While the programming box has authority, servo ON fails although SO(10) is ON.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process
     """
@@ -261,7 +261,7 @@ def test_auto_start_goes_off_after_the_running_output_is_confirmed(start: Start)
 def test_the_program_cannot_be_executed_if_emergency_stop_or_stop_input_is_off(
     start: Start, emergency: bool, stop: bool, error: int
 ) -> None:
-    """Either input is enough. The block and the controller both refuse.
+    """If either input is OFF, both the block and the controller refuse to start the program.
 
     Source: manual chapter 5, 3.2, note
     """

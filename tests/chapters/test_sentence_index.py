@@ -1,4 +1,4 @@
-"""Every sentence of the manual that states a behaviour has a test, counted by section."""
+"""For each section of the manual, there are at least as many tests as sentences."""
 
 from __future__ import annotations
 
@@ -9,16 +9,16 @@ from pathlib import Path
 
 from rcx_harness.spec import signals
 
-#: Sentences of the manual that state a behaviour, counted by hand, section by section.
+#: Number of sentences in each section that state a behaviour, counted by hand.
 SENTENCES = {
-    "1, 5": 1,  # servo OFF at power-on
-    "1, 5, 1": 4,  # communication, SI(00) and SI(06), SAFETY connector, parallel I/O
-    "1, 5, 2": 5,  # communication, SI(00), SI(06), SAFETY connector, parallel I/O
+    "1, 5": 1,  # about servo OFF at power-on
+    "1, 5, 1": 4,  # about communication, SI(00) and SI(06), SAFETY connector, parallel I/O
+    "1, 5, 2": 5,  # about communication, SI(00), SI(06), SAFETY connector, parallel I/O
     "1, 5, 2, first note": 1,
     "1, 5, 2, second note": 1,
-    "1, 5, 3": 7,  # two causes, communication, SI(00), SI(06), SAFETY connector, parallel I/O
+    "1, 5, 3": 7,  # 2 causes, communication, SI(00), SI(06), SAFETY connector, parallel I/O
     "1, 5, 3, note": 1,
-    "3, 1": 14,  # four conditions, servo OFF, four sentences on a connection, five on a missing one
+    "3, 1": 14,  # 4 conditions, servo OFF, 4 about a connection, 5 about a missing one
     "5, 2, SO(00)": 1,
     "5, 2, SO(01)": 1,
     "5, 2, SO(02)": 1,
@@ -33,17 +33,17 @@ SENTENCES = {
     "5, 2, SO(20) to SO(157)": 1,
     "5, 2, SO(20) to SO(157) and note": 1,
     "5, 2, SI(00)": 2,
-    "5, 2, SI(01)": 4,  # switch-on, edge, SI(00), all emergency stops
+    "5, 2, SI(01)": 4,  # about switch-on, edge, SI(00), all emergency stops
     "5, 2, SI(06)": 2,
     "5, 2, SI(10)": 2,
     "5, 2, SI(12)": 2,
     "5, 2, SI(14)": 3,
     "5, 2, SI(15)": 3,
     "5, 2, SI(16)": 3,
-    "5, 2, SI(17)": 2,  # depends on DI17 mode, which has two values
-    "5, 2, SI(17), ABS": 3,  # switch-on, mark method, mark method not complete
-    "5, 2, SI(17), ABS and ABS/ORG": 1,  # it acts at the edge
-    "5, 2, SI(17), ABS/ORG": 2,  # which axes are moved, and in which order
+    "5, 2, SI(17)": 2,  # about the two values of the parameter DI17 mode
+    "5, 2, SI(17), ABS": 3,  # about switch-on, mark method, incomplete mark method
+    "5, 2, SI(17), ABS and ABS/ORG": 1,  # SI(17) acts at its rising edge
+    "5, 2, SI(17), ABS/ORG": 2,  # about the axes that move, and their order
     "5, 2, SI(17), first note": 1,
     "5, 2, SI(17), second note": 1,
     "5, 2, SI(17), last note": 1,
@@ -57,8 +57,8 @@ SENTENCES = {
     "5, 2, SOW(2) to SOW(15)": 1,
     "5, 2, SOW(2) to SOW(15), SOW(24) to SOW(127)": 1,
     "5, 2, SOD(2) to SOD(14), SOD(24) to SOD(126)": 1,
-    "5, 3.1": 1,  # servo OFF at power-on
-    "5, 3.1, caution": 5,  # 100 ms, too short, same input, different inputs, answered inputs
+    "5, 3.1": 1,  # about servo OFF at power-on
+    "5, 3.1, caution": 5,  # 100 ms, shorter, same input, different inputs, answered inputs
     "5, 3.1, initial servo ON process": 3,
     "5, 3.1, shift to emergency stop": 1,
     "5, 3.1, servo ON process from emergency stop status": 2,
@@ -75,7 +75,7 @@ SENTENCES = {
 
 
 def _sections() -> Counter[str]:
-    """Return the number of tests in this folder for each section."""
+    """Count the tests of each section by the `Source:` lines of their docstrings."""
     found: Counter[str] = Counter()
     for file in Path(__file__).parent.glob("test_chapter_*.py"):
         for node in ast.parse(file.read_text(encoding="utf-8")).body:

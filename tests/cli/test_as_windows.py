@@ -1,6 +1,6 @@
-"""The commands run in processes that behave as on Windows, as far as Linux can simulate it.
+"""The commands run in Linux processes that simulate the behaviour of Python on Windows.
 
-tests/support/as_windows/sitecustomize.py defines such a process.
+The simulation is in tests/support/as_windows/sitecustomize.py.
 """
 
 from __future__ import annotations
@@ -31,13 +31,13 @@ _RUN = ("--robot", "cell/robot.toml", "--stimulus", "cell/stimulus.toml", "--for
 
 @pytest.fixture(scope="module")
 def windows(tmp_path_factory: pytest.TempPathFactory) -> dict[str, str]:
-    """Return the environment of a process that behaves as on Windows."""
+    """Return environment variables with which Python simulates its behaviour on Windows."""
     return as_windows(tmp_path_factory.mktemp("windows"))
 
 
 @pytest.fixture
 def rcx(tmp_path: Path, windows: dict[str, str]) -> Rcx:
-    """Return a function that runs a command to its end, with exit code 0."""
+    """Return a function that runs `rcx` with arguments, and checks that the exit code is 0."""
 
     def call(*arguments: str) -> subprocess.CompletedProcess[str]:
         done = subprocess.run([sys.executable, "-m", "rcx_harness", *arguments], cwd=tmp_path,
@@ -62,10 +62,13 @@ def test_a_new_project_passes_its_tests(rcx: Rcx, tmp_path: Path, windows: dict[
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ["builtin", "matiec"])
-def test_a_run_is_the_same_byte_for_byte_and_its_chart_is_of_ascii(
+def test_a_run_writes_the_same_bytes_and_prints_an_ascii_chart(
     rcx: Rcx, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, engine: str
 ) -> None:
-    """A library of matiec is loaded, and its file remains until the library is unloaded."""
+    """The outputs are the same as on Linux.
+
+    With matiec, a loaded library's file cannot be deleted.
+    """
     if missing := why_not(engine):
         pytest.skip(missing)
     monkeypatch.chdir(tmp_path)
@@ -153,7 +156,7 @@ def test_the_demo_and_an_import_are_written(rcx: Rcx, repository: Path, tmp_path
         ("demo", "-o", "Zelle ü ●"),
     ],
 )
-def test_whatever_is_printed_finds_its_characters(
+def test_output_can_be_printed_in_every_encoding(
     tmp_path: Path, arguments: tuple[str, ...], encoding: str
 ) -> None:
     done = subprocess.run(
@@ -170,7 +173,7 @@ def test_whatever_is_printed_finds_its_characters(
 
 
 @pytest.mark.exhaustive
-def test_sources_and_settings_with_crlf_run_and_export_as_those_with_lf(tmp_path: Path) -> None:
+def test_files_with_crlf_give_the_same_results_as_files_with_lf(tmp_path: Path) -> None:
     for ending in (b"\n", b"\r\n"):
         folder = tmp_path / ("unix" if ending == b"\n" else "dos")
         assert main(["new", str(folder / "cell")]) == 0
@@ -185,8 +188,10 @@ def test_sources_and_settings_with_crlf_run_and_export_as_those_with_lf(tmp_path
         assert (tmp_path / "unix" / name).read_bytes() == (tmp_path / "dos" / name).read_bytes()
 
 
-def test_a_drive_letter_belongs_to_a_name(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    r"""`--replace Main=C:\cell\Main.st`."""
+def test_a_drive_letter_is_a_part_of_the_path(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    r"""The colon in `--replace Main=C:\cell\Main.st` is a part of the path."""
     monkeypatch.chdir(tmp_path)
     name = r"C:\cell\Main.st"
     Path(name).write_text("", encoding="utf-8")

@@ -1,6 +1,6 @@
-"""Bad input of every command gives one message that names it, and exit code 2.
+"""For bad input, every command prints one message and ends with exit code 2.
 
-Files of the user do not change.
+The message names the bad input. Files of the user do not change.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ _LOOP = "Too many levels of symbolic links"
 
 @pytest.fixture
 def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the current folder. It contains `loop`, a link that leads back to itself."""
+    """Return the current folder. It contains a symbolic link `loop` that leads back to itself."""
     monkeypatch.chdir(tmp_path)
     os.symlink("there", "loop")
     os.symlink("loop", "there")
@@ -39,7 +39,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _refused(capsys: Captured, *words: str) -> str:
-    """Return the line that a command prints when it ends with 2."""
+    """Run a command, check that it ends with 2, and return the one line of its error message."""
     code = main(words)
     said = capsys.readouterr()
     assert (code, said.out) == (2, ""), said
@@ -66,7 +66,10 @@ def _refused(capsys: Captured, *words: str) -> str:
     ],
 )
 def test_a_link_in_a_loop_cannot_be_read(here: Path, capsys: Captured, words: list[str]) -> None:
-    """Source: open(2), ELOOP; pathlib.Path.resolve raises a RuntimeError until Python 3.12."""
+    """The error message names the link. Source: open(2), ELOOP.
+
+    Until Python 3.12, pathlib.Path.resolve raises a RuntimeError.
+    """
     assert "loop" in _refused(capsys, *words)
 
 
@@ -83,7 +86,10 @@ def test_a_link_in_a_loop_cannot_be_read(here: Path, capsys: Captured, words: li
     ],
 )
 def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: list[str]) -> None:
-    """Source: open(2), ELOOP."""
+    """An output with the name of the link is rejected, and the link stays.
+
+    Source: open(2), ELOOP.
+    """
     assert f"cannot be written: {_LOOP}" in _refused(capsys, *words)
     assert Path("loop").readlink() == Path("there")
     assert sorted(path.name for path in here.iterdir()) == ["lib", "loop", "p.st", "t.jsonl",
@@ -110,10 +116,10 @@ def test_a_link_in_a_loop_is_not_replaced(here: Path, capsys: Captured, words: l
         ("/proc/nothing", "No such file or directory"),
     ],
 )
-def test_an_unwritable_place_is_reported_with_the_reason(
+def test_an_unwritable_path_is_reported_with_the_reason(
     here: Path, capsys: Captured, words: list[str], where: str, place: str, reason: str
 ) -> None:
-    """The message does not name standard output as the reason.
+    """The message names the path that cannot be written, not standard output.
 
     Source: open(2), ENOTDIR, ENAMETOOLONG; proc(5) takes no new files.
     """
@@ -138,15 +144,15 @@ def test_an_unwritable_place_is_reported_with_the_reason(
     ],
 )
 def test_an_unreadable_file_is_reported(here: Path, capsys: Captured, words: list[str]) -> None:
-    """Source: open(2), ENAMETOOLONG."""
+    """The message has the name of the file and the reason. Source: open(2), ENAMETOOLONG."""
     name = "n" * 300
     said = _refused(capsys, *(word.format(name) for word in words))
     assert name in said
     assert said.endswith("File name too long")
 
 
-def test_a_folder_that_is_gone_is_said_to_be(here: Path, capsys: Captured) -> None:
-    """Source: getcwd(3), ENOENT."""
+def test_a_deleted_current_folder_is_reported(here: Path, capsys: Captured) -> None:
+    """If the current folder was deleted, the command reports this. Source: getcwd(3), ENOENT."""
     gone = here / "gone"
     gone.mkdir()
     os.chdir(gone)
@@ -158,13 +164,16 @@ def test_a_folder_that_is_gone_is_said_to_be(here: Path, capsys: Captured) -> No
 
 
 def test_campaign_refuses_a_library_that_is_no_folder(here: Path, capsys: Captured) -> None:
-    """Source: `rcx run --help`, --lib: a folder."""
+    """`rcx campaign` and `rcx run` print the same message. Source: `rcx run --help`, --lib."""
     said = _refused(capsys, "run", "p.st", "--lib", "nowhere")
     assert _refused(capsys, "campaign", "p.st", "--lib", "nowhere") == said
 
 
 def test_explore_does_not_write_over_a_file_of_the_users(here: Path, capsys: Captured) -> None:
-    """Source: CONTRIBUTING.md: files of users are never lost."""
+    """The user's file out/broken.toml stays.
+
+    Source: CONTRIBUTING.md, files of users are never lost.
+    """
     Path("out").mkdir()
     Path("out/broken.toml").write_text("mine\n")
     said = _refused(capsys, "explore", "p.st", "--lib", "lib", "--out", "out")
@@ -175,8 +184,8 @@ def test_explore_does_not_write_over_a_file_of_the_users(here: Path, capsys: Cap
 # --- JSON ---------------------------------------------------------------------------------------
 
 
-def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Captured) -> None:
-    """Source: docs/how-to/judge.md, --json FILE."""
+def test_json_is_written_to_a_file_and_the_report_is_printed(here: Path, capsys: Captured) -> None:
+    """`--json FILE` writes the table that `--json -` prints. Source: docs/how-to/judge.md."""
     assert main(["judge", "t.jsonl", "--json", "it.json"]) == 0
     assert capsys.readouterr().out.endswith("no violations\nwritten: it.json\n")
     written = Path("it.json").read_text()
@@ -184,19 +193,20 @@ def test_json_is_written_to_a_file_beside_what_is_printed(here: Path, capsys: Ca
     assert capsys.readouterr().out == written
     assert main(["judge", "t.jsonl", "--json"]) == 0
     assert capsys.readouterr().out == written
-    assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0  # its own older file
+    # the command may replace its own older file
+    assert main(["judge", "t.jsonl", "--json", "it.json", "--quiet"]) == 0
 
 
 def test_an_instance_needs_the_option_connect(here: Path, capsys: Captured) -> None:
-    """These options are only allowed with --connect. Source: `rcx run --help`."""
+    """The options for instances are only allowed with --connect. Source: `rcx run --help`."""
     for option in ("--input-instance", "--output-instance"):
         said = _refused(capsys, "run", "p.st", option, "99999")
         assert "--input-instance, --output-instance need --connect" in said
 
 
 @pytest.mark.parametrize("command", ["judge", "compare"])
-def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, command: str) -> None:
-    """Source: CONTRIBUTING.md: files of users are never lost."""
+def test_json_does_not_write_over_an_input_file(here: Path, capsys: Captured, command: str) -> None:
+    """The input file is not replaced. Source: CONTRIBUTING.md, files of users are never lost."""
     said = _refused(capsys, command, "t.jsonl", "--json", "t.jsonl")
     assert "already exists and was not written by this command" in said
     assert Path("t.jsonl").read_text() == _TRACE
@@ -221,8 +231,10 @@ def test_json_does_not_write_over_what_is_read(here: Path, capsys: Captured, com
         ["mutants", "p.st", "--minutes", "nan", "--", "true"],
     ],
 )
-def test_numbers_have_their_ranges(here: Path, capsys: Captured, words: list[str]) -> None:
-    """Source: the help of each command."""
+def test_numbers_outside_their_range_are_refused(
+    here: Path, capsys: Captured, words: list[str]
+) -> None:
+    """A number outside its range is rejected and named. Source: the help of each command."""
     assert main(words) == 2
     assert words[-3 if "--" in words else -1] in capsys.readouterr().err.replace("\n", "")
 
@@ -244,13 +256,15 @@ def test_numbers_have_their_ranges(here: Path, capsys: Captured, words: list[str
 def test_an_empty_name_of_a_file_is_not_the_current_folder(
     here: Path, capsys: Captured, words: list[str], shown: str
 ) -> None:
-    """An unset shell variable gives an empty name. Source: POSIX 4.13, an empty pathname."""
+    """An empty path is rejected. An unset shell variable gives one. Source: POSIX 4.13."""
     hint = "a variable of the shell may not be set; . is the current folder"
     assert _refused(capsys, *words) == f"{shown} of a file or folder is empty; {hint}"
 
 
 def test_no_escape_sequence_reaches_the_terminal(here: Path, capsys: Captured) -> None:
-    """Names of files, keys and variables come from projects, traces and archives of others.
+    """Escape sequences in names of files, keys and variables are not printed.
+
+    Such names may come from projects, traces and archives of other people.
 
     Source: ECMA-48, 5.3: ESC and the controls from 80 to 9F
     """

@@ -1,4 +1,4 @@
-"""`rcx campaign` and `rcx sweep` report findings by exit codes, and by replays for `rcx run`."""
+"""`rcx campaign` and `rcx sweep` report violations by exit codes and files for `rcx run`."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def test_a_cell_that_recovers_passes_and_seeds_run_once(here: Path, capsys: Capt
 
 @pytest.mark.exhaustive
 def test_a_property_that_breaks_is_replayed_by_rcx_run(here: Path, capsys: Captured) -> None:
-    """The feeder runs while it is open, so the shortest run starts it and never closes it."""
+    """The feeder wrongly runs while its guard is open, so the replay only starts the feeder."""
     feeder(here, runs_open=True)
     assert main(_CAMPAIGN) == 1
     said = capsys.readouterr().out
@@ -109,7 +109,7 @@ def test_a_file_of_the_users_is_not_written_over(here: Path, capsys: Captured) -
         ("[oprator]\n", "did you mean operator"),
     ],
 )
-def test_demands_that_cannot_be_are_one_message(
+def test_impossible_properties_are_reported_in_one_line(
     here: Path, capsys: Captured, demands: str, message: str
 ) -> None:
     feeder(here)
@@ -158,7 +158,9 @@ def test_properties_in_python_are_judged_by_campaign_and_run(here: Path, capsys:
     assert "property: always closed while running" in capsys.readouterr().out
 
 
-def test_an_unknown_variable_in_python_is_one_message(here: Path, capsys: Captured) -> None:
+def test_an_unknown_variable_in_python_is_reported_with_its_line(
+    here: Path, capsys: Captured
+) -> None:
     feeder(here)
     (here / "mine.py").write_text(
         "import rcx_harness as rcx\n\n\n@rcx.always\ndef fed(cell):\n"
@@ -180,7 +182,7 @@ def test_the_verdicts_do_not_depend_on_the_number_of_workers(here: Path) -> None
     assert results[0] == results[1]
 
 
-#: A property that ends one worker process once, in the middle of a run.
+#: A property that kills one worker process in the middle of a run, but only once.
 _ENDS_A_WORKER = """import multiprocessing, os, pathlib, signal
 
 import rcx_harness as rcx
@@ -241,7 +243,7 @@ def test_the_options_of_a_cluster_are_those_of_every_command(
 
 @pytest.mark.exhaustive
 def test_a_late_answer_is_found_and_judged_by_run(here: Path, capsys: Captured) -> None:
-    """The feeder does not answer Go during a fault, so a campaign breaks this demand."""
+    """A campaign finds that the feeder does not answer Go during a fault; `rcx run` confirms it."""
     feeder(here)
     late = (
         '[[eventually]]\nname = "go"\nafter = "Main.Go"\nthat = "Main.Running"\nwithin = "50ms"\n'
@@ -260,7 +262,7 @@ def test_a_late_answer_is_found_and_judged_by_run(here: Path, capsys: Captured) 
 
 
 @pytest.mark.exhaustive
-def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
+def test_an_interrupted_campaign_continues_with_the_saved_results(
     here: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
     feeder(here)
@@ -292,8 +294,11 @@ def test_an_interrupted_campaign_keeps_what_is_done_and_goes_on(
 
 
 @pytest.mark.exhaustive
-def test_a_sweep_names_the_moments_of_no_recovery(here: Path, capsys: Captured) -> None:
-    """The latch is set only if the link is lost while the feeder runs, from 400 ms on."""
+def test_a_sweep_reports_the_scans_without_recovery(here: Path, capsys: Captured) -> None:
+    """The sweep reports scans 35 to 95.
+
+    Losses in these scans are detected while the feeder runs.
+    """
     feeder(here, latches=True)
     sweep = [*_SWEEP, "--inject", "link_down,plc_overrun", "--every", "5", "--json", "out/it.json"]
     assert main(sweep) == 1
@@ -303,9 +308,9 @@ def test_a_sweep_names_the_moments_of_no_recovery(here: Path, capsys: Captured) 
     assert told["inject"] == ["link_down", "plc_overrun"]
     (one,) = told["classes"]
     assert (one["inject"], one["kind"]) == ("link_down", "recovery")
-    # A loss is detected 100 ms after the last packet. A loss that begins after scan 30 is detected
-    # at 400 ms, in the scan in which Go comes, so that the feeder never ran. A loss after scan 35
-    # is detected while it runs.
+    # The PLC detects a loss 100 ms after the last packet. If the loss begins after scan 30, it is
+    # detected at 400 ms, in the scan of Go, and the feeder does not start. If the loss begins after
+    # scan 35, it is detected while the feeder runs.
     assert one["scans"] == [[35, 95]]
     command = _replays(said)[0]
     assert main(command.split()[1:]) == 1
@@ -322,7 +327,7 @@ def test_a_sweep_of_a_cell_that_recovers_ends_with_0(here: Path, capsys: Capture
 
 @pytest.mark.exhaustive
 def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Captured) -> None:
-    """In example 12 nothing sets Reset of robot 1, so only robot 1 does not recover."""
+    """The changed example 12 never resets robot 1, so only robot 1 does not recover."""
     changed_example(here, "12_two_robots", (("Reset := Reset1,", "Reset := FALSE,"),))
     demands = here / "campaign.toml"
     demands.write_text(demands.read_text().replace('within = "40s"', 'within = "6s"'))
@@ -356,7 +361,7 @@ def test_a_sweep_injects_at_each_of_several_controllers(here: Path, capsys: Capt
         (["--link", "enip"], "--link enip is for rcx run"),
     ],
 )
-def test_a_sweep_refuses_what_cannot_be(
+def test_a_sweep_refuses_impossible_options(
     here: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     feeder(here)
@@ -364,7 +369,7 @@ def test_a_sweep_refuses_what_cannot_be(
     assert message in capsys.readouterr().err
 
 
-def test_a_run_that_is_not_good_is_no_beginning_of_a_sweep(here: Path, capsys: Captured) -> None:
+def test_a_sweep_needs_a_run_without_violations(here: Path, capsys: Captured) -> None:
     feeder(here, runs_open=True)
     good = (here / "good.toml").read_text().replace('"Main.Speed" = 7', '"Main.Closed" = false')
     (here / "good.toml").write_text(good)

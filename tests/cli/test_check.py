@@ -1,4 +1,4 @@
-"""`rcx check` reports errors of the front end and breaches of each portability rule."""
+"""`rcx check` reports errors in structured text and violations of each portability rule."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def test_a_broken_rule_of_the_library_exits_with_1(tmp_path: Path, capsys: Captu
     assert f"{file}:1:16: rule: FB_It is not in a file of this name but in FB_Other\n" in out
 
 
-def test_lint_checks_folders_with_several_programs_and_binds_them_all(
+def test_lint_checks_all_programs_of_a_folder(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
     assert main(["check", "--lint", str(repository / "plc" / "examples")]) == 0
@@ -129,13 +129,14 @@ def test_each_portability_rule_is_found(tmp_path: Path, text: str, line: int, fi
     assert all(one.strict for one in found)
 
 
-def test_a_line_that_is_one_text_may_be_longer_for_it_cannot_be_broken(tmp_path: Path) -> None:
+def test_a_line_with_one_long_text_may_be_longer(tmp_path: Path) -> None:
     body = f"  t := '{'$E3$81$82' * 20}';\n  t := '{'x' * 110}';\n"
     assert not lint([write(tmp_path, "It", block("    t : STRING;\n", body))])
 
 
-#: Words that edition 3 of the standard reserves and edition 2 does not. Words that are keywords of
-#: this front end are left out, because they are an error before the portability rules are checked.
+#: Words that are reserved in edition 3 of IEC 61131-3, but not in edition 2. The list has no
+#: keywords of the built-in engine, because they are errors before the portability rules are
+#: checked.
 _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Method",
               "END_NAMESPACE", "Final", "Internal", "LDATE", "Ldate_And_Time", "Ldt", "Ltime",
               "LTIME_OF_DAY", "Ltod", "Null", "Overlap", "Override", "Private", "Protected",
@@ -143,8 +144,8 @@ _NEW_WORDS = ["Abstract", "CHAR", "Char", "End_Class", "END_INTERFACE", "End_Met
 
 
 @pytest.mark.parametrize("word", _NEW_WORDS)
-def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> None:
-    """A variable whose name is a type or keyword on newer PLCs does not compile on these PLCs.
+def test_reserved_words_of_edition_3_are_not_allowed_as_names(tmp_path: Path, word: str) -> None:
+    """A name that is a type or keyword on newer PLCs does not compile there, so it is reported.
 
     Source: IEC 61131-3:2013, 6.1.2 and table 10.
     """
@@ -154,7 +155,8 @@ def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> 
     kind = f"TYPE\n  {word} : INT;\nEND_TYPE\n"
     called = block().replace("FB_It", word)
     for text in (variable, field, member, kind, called):
-        if text is member and word in ("Super", "This"):  # these words may be arguments here
+        # as enumeration values, Super and This are errors before the check of the rules
+        if text is member and word in ("Super", "This"):
             with pytest.raises(InputError, match=f"It.st:2:19: {word} is a reserved word"):
                 lint([write(tmp_path, "It", text)])
             continue
@@ -163,7 +165,7 @@ def test_reserved_words_of_edition_3_are_no_names(tmp_path: Path, word: str) -> 
 
 
 @pytest.mark.parametrize("word", ["Letter", "Character", "CharCode", "NextChar", "Reference1"])
-def test_a_name_that_only_contains_such_a_word_is_one(tmp_path: Path, word: str) -> None:
+def test_a_name_may_contain_a_reserved_word(tmp_path: Path, word: str) -> None:
     assert not lint([write(tmp_path, "It", block(f"    {word} : INT;\n", f"  {word} := 1;\n"))])
 
 
@@ -179,7 +181,7 @@ def test_a_name_that_only_contains_such_a_word_is_one(tmp_path: Path, word: str)
     ],
 )
 def test_escaped_quotes_need_their_code(tmp_path: Path, text: str, columns: list[int]) -> None:
-    """Some compilers take the quote of `$'` as the end of the text.
+    """`$'` in a text is reported, because some compilers take its quote as the end of the text.
 
     Source: IEC 61131-3:2003, 2.2.2: $' and $27 are the same character.
     """
@@ -204,7 +206,10 @@ def test_the_library_has_rules_of_its_own(tmp_path: Path, text: str, finding: st
 def test_a_fault_of_matiec_is_a_warning_with_all_its_lines(
     tmp_path: Path, capsys: Captured
 ) -> None:
-    """The warning also appears without an installed matiec. Source: docs/reference/engines.md."""
+    """One warning names all lines, even if matiec is not installed.
+
+    Source: docs/reference/engines.md.
+    """
     text = "PROGRAM Main\nVAR V : STRING; END_VAR\n  V := 'a$Nb';\n  V := 'c$0Ad';\nEND_PROGRAM\n"
     file = write(tmp_path, "Main", text)
     assert main(["check", str(file)]) == 0
@@ -213,8 +218,13 @@ def test_a_fault_of_matiec_is_a_warning_with_all_its_lines(
     assert "($Nb; also line 4): matiec joins the escape and the next characters into" in first
 
 
-def test_a_program_that_matiec_cannot_compile_is_no_error(tmp_path: Path, capsys: Captured) -> None:
-    """Source: docs/reference/engines.md."""
+def test_a_program_that_matiec_cannot_compile_is_only_warned(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    """The exit code is 0, because the built-in engine runs the program.
+
+    Source: docs/reference/engines.md.
+    """
     text = "PROGRAM Main\nVAR V : STRING; END_VAR\n  V := 'a$Lb';\nEND_PROGRAM\n"
     file = write(tmp_path, "Main", text)
     assert main(["check", str(file)]) == 0
@@ -224,10 +234,10 @@ def test_a_program_that_matiec_cannot_compile_is_no_error(tmp_path: Path, capsys
 
 
 @pytest.mark.parametrize("wrong", ["A : FB_MovPtp;", "A : FB_MOVE_PTP;"])
-def test_a_block_of_the_library_is_proposed_for_an_unknown_one(
+def test_a_block_of_the_library_is_proposed_for_an_unknown_block(
     wrong: str, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Source: plc/lib."""
+    """The message for an unknown block proposes a similar block of plc/lib. Source: plc/lib."""
     file = write(tmp_path, "Main", f"PROGRAM Main\nVAR {wrong} END_VAR\nEND_PROGRAM\n")
     assert main(["check", str(file)]) == 2
     assert "did you mean FB_MovePtp" in capsys.readouterr().err
@@ -235,7 +245,7 @@ def test_a_block_of_the_library_is_proposed_for_an_unknown_one(
 
 @pytest.mark.exhaustive
 def test_no_fault_of_matiec_concerns_the_examples(repository: Path) -> None:
-    """Source: the examples' traces, which are the same on matiec."""
+    """No statement of the examples is affected by a fault of matiec, as their equal traces show."""
     folders = [file.parent for file in (repository / "plc" / "examples").rglob("*.st")]
     assert len(folders) > 15
     for folder in dict.fromkeys(folders):

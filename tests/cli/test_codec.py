@@ -1,4 +1,4 @@
-"""`rcx encode` and `rcx decode` process the telegrams that the manual prints."""
+"""`rcx encode` and `rcx decode` agree with the telegrams that the manual prints."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ Captured = pytest.CaptureFixture[str]
 
 
 def test_the_ptp_example_is_encoded_as_the_manual_prints_it(capsys: Captured) -> None:
-    """All axes move to point 19 at 50 %: n+2 = 0x0004, n+6 = 0x0032, n+8 = 0x0013.
+    """Moving all axes to point 19 at 50 % gives n+2 = 0x0004, n+6 = 0x0032 and n+8 = 0x0013.
 
     Source: guide chapter 2, example, step 1.
     """
@@ -42,7 +42,7 @@ def test_the_ptp_example_is_encoded_as_the_manual_prints_it(capsys: Captured) ->
     ],
 )  # fmt: skip
 def test_a_telegram_is_shown_in_plain_words(capsys: Captured, words: str, shown: list[str]) -> None:
-    """Source: guide 1.2, chapter 2, 4.2.1 and 4.7.4, as each case says."""
+    """The output contains the given texts. Source: guide 1.2, chapter 2, 4.2.1 and 4.7.4."""
     assert main(words.split()) == 0
     out = capsys.readouterr().out
     assert all(text in out for text in shown)

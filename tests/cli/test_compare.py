@@ -21,7 +21,7 @@ Captured = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def trace(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a trace of a controller with 80 ms servo delay and a different version."""
+    """Return a trace of a controller whose servo delay and version are not the defaults."""
     master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
     short_run(master)
     path = tmp_path_factory.mktemp("recorded") / "cell.jsonl"
@@ -37,7 +37,8 @@ def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Capt
     lines = capsys.readouterr().out.splitlines()
     assert "controller 1 is recorded, controller 2 is virtual" in lines
     at = next(k for k, line in enumerate(lines) if "SO(02) Servo ON status output, for" in line)
-    assert lines[at].strip().startswith("0.450 s")  # 400 ms of inputs, then 50 ms (not 80)
+    # the request comes at 400 ms; the model answers after 50 ms
+    assert lines[at].strip().startswith("0.450 s")
     assert lines[at + 1].split() == ["recorded", "OFF"]
     assert lines[at + 2].split() == ["virtual", "ON"]
     assert "servo-on" in lines[at + 3]
@@ -48,7 +49,9 @@ def test_both_sides_of_the_first_differences_are_shown(trace: Path, capsys: Capt
     assert lines[-1] == "2 differences"
 
 
-def test_its_own_robot_file_fits_exactly(trace: Path, tmp_path: Path, capsys: Captured) -> None:
+def test_the_robot_file_of_the_recording_fits_exactly(
+    trace: Path, tmp_path: Path, capsys: Captured
+) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("servo_on_delay = 80\nhost_version = 0x0112\n", encoding="utf-8")
     assert main(["compare", str(trace), "--robot", str(robot)]) == 0
@@ -81,8 +84,8 @@ def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Cap
     assert "already exists; name another file" in capsys.readouterr().err
 
 
-def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: Captured) -> None:
-    """Each 10 ms has a packet of the PLC and then the answer of the controller."""
+def test_a_capture_is_compared_like_a_trace(tmp_path: Path, capsys: Captured) -> None:
+    """A capture gives the same result as a trace. It has one packet of each side every 10 ms."""
     master = RecordedMaster(servo_on_delay=80.0, host_version=0x0112)
     short_run(master)
     story = Story()
@@ -111,15 +114,16 @@ def test_a_capture_of_packets_is_compared_as_a_trace_is(tmp_path: Path, capsys: 
     assert main(["compare", str(path), "--robot", str(found)]) == 0
 
 
-def test_a_capture_of_256_bytes_is_compared_whole(tmp_path: Path, capsys: Captured) -> None:
-    """SOW(127), the last word, is 7 in the capture, because a robot program wrote it.
+def test_a_capture_of_256_bytes_is_compared_completely(tmp_path: Path, capsys: Captured) -> None:
+    """The comparison reports that the last word, SOW(127), is 7 in the capture but 0 in the model.
 
-    The robot file does not contain that program.
+    In the capture a robot program wrote 7. The robot file does not contain this program.
     """
     master = RecordedMaster(size=256, host_version=0x0112)
     short_run(master)
     story = Story()
-    story.open(0, o_to_t="0649", t_to_o="0249")  # sizes: 2 + 4 + 256 and 2 + 256 bytes
+    # sizes with count and header: 2 + 4 + 256 and 2 + 256 bytes
+    story.open(0, o_to_t="0649", t_to_o="0249")
     for number, (t_us, si, so) in enumerate(master.cycles):
         last = (b"\x07\x00" if number > 100 else bytes(2)) if si else so[-2:]
         story.both(10_000 + t_us, si or bytes(256), so[:-2] + last)
@@ -164,7 +168,7 @@ def test_events_explain_a_persons_actions(tmp_path: Path, capsys: Captured) -> N
         assert message in capsys.readouterr().err
 
 
-def test_bad_input_is_one_line(trace: Path, tmp_path: Path, capsys: Captured) -> None:
+def test_bad_input_is_reported_in_one_line(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     robot = tmp_path / "robot.toml"
     robot.write_text("size = 256\n", encoding="utf-8")
     empty = tmp_path / "empty.jsonl"

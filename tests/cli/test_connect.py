@@ -1,4 +1,4 @@
-"""`rcx run --connect` asks a question, takes options, ends at Ctrl-C and runs with `rcx serve`."""
+"""`rcx run --connect` asks for confirmation, ends at Ctrl-C, and works with `rcx serve`."""
 
 from __future__ import annotations
 
@@ -22,18 +22,18 @@ from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 DEMO = ("plc", "examples", "01_power_up")
-#: An address for documentation, which no device has (RFC 5737).
+#: An address that is reserved for documentation, so no device has it (RFC 5737).
 NOBODY = "192.0.2.1"
 
 
 class Terminal:
-    """A standard input with or without a terminal."""
+    """A replacement for standard input. `somebody` says whether it is a terminal."""
 
     def __init__(self, somebody: bool) -> None:
         self._somebody = somebody
 
     def isatty(self) -> bool:
-        """Return whether this is a terminal."""
+        """Return whether standard input is a terminal."""
         return self._somebody
 
 
@@ -43,11 +43,13 @@ def adapter() -> Iterator[Adapter]:
         yield made
 
 
-def test_without_anybody_to_ask_it_is_one_message(
+def test_without_a_terminal_the_confirmation_must_be_an_option(
     repository: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
-    monkeypatch.setattr(Cell, "build", lambda *_, **__: pytest.fail("the run was started"))
+    monkeypatch.setattr(
+        Cell, "build", lambda *_, **__: pytest.fail("the run was started without a confirmation")
+    )
     assert main(["run", str(repository.joinpath(*DEMO)), "--connect", NOBODY]) == 2
     error = capsys.readouterr().err
     assert error == (
@@ -57,7 +59,7 @@ def test_without_anybody_to_ask_it_is_one_message(
 
 
 @pytest.mark.parametrize("answer", [True, False])
-def test_only_the_answer_yes_goes_on(monkeypatch: pytest.MonkeyPatch, answer: bool) -> None:
+def test_only_the_answer_yes_starts_the_run(monkeypatch: pytest.MonkeyPatch, answer: bool) -> None:
     asked: list[str] = []
 
     def ask(text: str) -> bool:
@@ -80,14 +82,14 @@ def test_only_the_answer_yes_goes_on(monkeypatch: pytest.MonkeyPatch, answer: bo
     ("host", "yes"),
     [("127.0.0.1", False), ("127.9.9.9", False), ("localhost", False), (NOBODY, True)],
 )
-def test_the_loopback_and_yes_need_no_answer(
+def test_the_loopback_and_the_option_yes_need_no_confirmation(
     monkeypatch: pytest.MonkeyPatch, host: str, yes: bool
 ) -> None:
     monkeypatch.setattr(sys, "stdin", Terminal(somebody=False))
     confirm(Elsewhere(host), yes=yes)
 
 
-def test_an_unknown_name_is_no_loopback(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_an_unknown_host_name_needs_a_confirmation(monkeypatch: pytest.MonkeyPatch) -> None:
     def unknown(host: str) -> str:
         raise OSError
 
@@ -106,7 +108,7 @@ def test_each_option_reaches_the_connection() -> None:
     assert (where.host, where.port, where.address) == ("127.0.0.1", 5000, "127.0.0.6")
     assert (where.input_instance, where.output_instance) == (101, 102)
     assert (where.configuration, where.configuration_data) == (104, b"\x0a\x0b")
-    assert arguments["timeout"] == 640_000  # 32 intervals, as with --realtime
+    assert arguments["timeout"] == 640_000  # 32 packet intervals, as with --realtime
     assert RunOptions([]).of_cell().get("connect") is None
 
 
@@ -133,13 +135,14 @@ def test_each_option_reaches_the_connection() -> None:
         (["--connect", "127.0.0.1", "--m", "0", "--m", "48"], "2 offsets m are given for 1 robot"),
     ],
 )
-def test_wrong_options_are_one_message(
+def test_wrong_options_are_reported_in_one_line(
     repository: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["run", str(repository.joinpath(*DEMO)), *options]) == 2
     error = capsys.readouterr().err
     assert message in error
-    assert error.removeprefix("compiling ...\n").count("\n") == 1  # only printed on a slow machine
+    # "compiling" is only printed on a slow computer
+    assert error.removeprefix("compiling ...\n").count("\n") == 1
 
 
 @pytest.mark.exhaustive
@@ -148,9 +151,9 @@ def test_wrong_options_are_one_message(
     reason="it needs /proc and loopback addresses besides 127.0.0.1, as Linux has them",
 )
 def test_the_demo_drives_a_controller(repository: Path, tmp_path: Path, capsys: Captured) -> None:
-    """The demo does power-up, servo ON and program reset as with the virtual controller.
+    """With `rcx serve`, the demo performs power-up, servo ON and program reset.
 
-    Both run in the same cell.
+    The order is the same as in a cell with the virtual controller.
 
     Source: manual chapter 5, 3.1 and 3.2
     """
@@ -182,23 +185,23 @@ _SIGNALS = (("SO00", 32, 0), ("SO02", 32, 2), ("SO14", 33, 4))
 
 
 class SilentScanner:
-    """A connection that opens but receives no packets."""
+    """A replacement for Scanner. Its connection opens, but it receives no packets."""
 
     ended = None
     failure = ""
     why = ""
 
     def __init__(self, *_: object, **__: object) -> None:
-        """Accept all arguments, as for an existing controller."""
+        """Accept the arguments of Scanner, and ignore them."""
 
     def open(self) -> None:
-        """Succeed: the controller accepts the connection."""
+        """Do nothing, as if the controller had accepted the connection."""
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
-        """Discard the image."""
+        """Discard the image that should be sent."""
 
     def read(self) -> Received:
-        """Return an empty image, without a connection."""
+        """Return an image of zeros that says "not connected"."""
         return Received(bytes(48), None, connected=False)
 
     def drops(self) -> str:
@@ -239,7 +242,7 @@ def test_a_run_without_a_single_packet_of_the_controller_is_an_error(
     captured = capsys.readouterr()
     assert captured.err.endswith(message)
     assert "3 scans" in captured.out
-    assert trace.exists(), "the trace is written in any case"
+    assert trace.exists(), "the trace must be written"
 
 
 def test_ctrl_c_ends_the_run_with_zeros_and_all_outputs(

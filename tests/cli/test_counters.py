@@ -1,4 +1,4 @@
-"""Counters on each command: beyond PV as the standard says, or up to PV as OpenPLC does."""
+"""Each command lets counters count beyond PV, or up to PV in the dialect of OpenPLC."""
 
 from __future__ import annotations
 
@@ -31,10 +31,13 @@ def file(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
 
 @pytest.mark.parametrize("command", ["explore", "prove"])
 @pytest.mark.parametrize(("dialect", "most"), _DIALECTS)
-def test_a_count_beyond_pv_is_reached(
+def test_counters_count_beyond_pv_unless_the_dialect_limits_them(
     file: str, command: str, dialect: list[str], most: int, capsys: Captured
 ) -> None:
-    """Source: IEC 61131-3, counters: CV < PVmax; matiec, lib/counter.txt."""
+    """The third pulse breaks the property only if counters count beyond PV.
+
+    Source: IEC 61131-3, counters: CV < PVmax; matiec, lib/counter.txt.
+    """
     inputs = ["--input", "Main.Entry"] if command == "explore" else []
     assert main([command, file, "--no-robot", *inputs, *dialect]) == (1 if most > 2 else 0)
     said = capsys.readouterr().out
@@ -43,10 +46,13 @@ def test_a_count_beyond_pv_is_reached(
 
 @pytest.mark.parametrize("coverage", [[], ["--coverage"]])
 @pytest.mark.parametrize(("dialect", "most"), _DIALECTS)
-def test_a_run_counts_the_same_with_coverage(
+def test_a_run_with_coverage_counts_as_a_run_without_it(
     file: str, coverage: list[str], dialect: list[str], most: int
 ) -> None:
-    """Source: IEC 61131-3, counters: CV < PVmax; matiec, lib/counter.txt."""
+    """A run with coverage counts as a run without it.
+
+    Source: IEC 61131-3, counters: CV < PVmax; matiec, lib/counter.txt.
+    """
     steps = [
         f'{{ time = "{10 * scan}ms", set = {{ "Main.Entry" = {str(scan % 2 == 0).lower()} }} }}'
         for scan in range(6)
@@ -61,11 +67,14 @@ def test_a_run_counts_the_same_with_coverage(
 
 
 @pytest.mark.parametrize(("dialect", "most"), _DIALECTS)
-def test_the_debugger_counts_as_the_dialect(file: str, dialect: list[str], most: int) -> None:
-    """Source: IEC 61131-3, counters: CV < PVmax; matiec, lib/counter.txt."""
+def test_the_debugger_counts_as_the_dialect_says(file: str, dialect: list[str], most: int) -> None:
+    """In the debugger, counters count as in the dialect of the launch.
+
+    Source: IEC 61131-3, counters: CV < PVmax; matiec, lib/counter.txt.
+    """
     launch = {"program": file, "noRobot": True, "for": "1s"}
     machine = launched({**launch, **({"dialect": dialect[1]} if dialect else {})}, []).machine
-    for scan in range(5):  # the third pulse is in the fifth scan
+    for scan in range(5):  # the inputs give pulses in scans 1, 3 and 5
         machine.program.write("Main.Entry", scan % 2 == 0)
         machine.scan()
     assert machine.program.read("Main.Parts.CV") == most
@@ -73,7 +82,7 @@ def test_the_debugger_counts_as_the_dialect(file: str, dialect: list[str], most:
 
 
 def test_check_names_the_line_and_the_effect(file: str, capsys: Captured) -> None:
-    """Source: docs/reference/engines.md, faults of matiec."""
+    """The warning names the counter's line and effect. Source: docs/reference/engines.md."""
     assert main(["check", file]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert "parts.st:3:" in said

@@ -1,4 +1,4 @@
-"""`rcx debug` gives different messages to a person and to an editor."""
+"""`rcx debug` prints help for a person at a terminal, but nothing for an editor."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ def _stdin(monkeypatch: pytest.MonkeyPatch, descriptor: int) -> Iterator[None]:
         yield
 
 
-def test_a_terminal_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
-    """The message is on standard error. Standard output stays empty for the client.
+def test_at_a_terminal_help_is_printed(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
+    """At a terminal, the help is on standard error. Standard output is reserved for the client.
 
     Source: docs/how-to/debug.md.
     """
@@ -41,8 +41,8 @@ def test_a_terminal_is_told_what_to_do(monkeypatch: pytest.MonkeyPatch, capfd: C
         assert word in said.err
 
 
-def test_behind_a_pipe_it_says_nothing(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
-    """Some clients show any text on standard error as an error.
+def test_behind_a_pipe_nothing_is_printed(monkeypatch: pytest.MonkeyPatch, capfd: Captured) -> None:
+    """Behind a pipe, standard error stays empty, because some clients show its text as an error.
 
     Source: docs/how-to/debug.md.
     """

@@ -1,4 +1,4 @@
-"""A command ends properly after closed streams, SIGTERM or an internal error."""
+"""A command ends with the right exit code if a stream is closed, or after SIGTERM or an error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NOT_ON_WINDOWS = pytest.mark.skipif(sys.platform == "win32", reason="it has no 
 def _ended(
     code: str, *words: str, closed: tuple[int, ...] = (), **environment: str
 ) -> subprocess.CompletedProcess[str]:
-    """Run Python code with some of the standard streams closed."""
+    """Run Python code in a new process in which the given standard streams are closed."""
 
     def close() -> None:
         for number in closed:
@@ -35,7 +35,7 @@ _COMMAND = "import sys; from rcx_harness.cli.start import main; sys.exit(main())
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("closed", [(1,), (0, 1, 2)])
 def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, ...]) -> None:
-    """The output is discarded. It is not written into a file that is opened later.
+    """If a standard stream is closed, its output is discarded, not written into another file.
 
     Source: open(2): the lowest number that is free.
     """
@@ -48,8 +48,8 @@ def test_a_command_works_with_closed_streams(tmp_path: Path, closed: tuple[int, 
 
 
 @_NOT_ON_WINDOWS
-def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code() -> None:
-    """If standard error is None, Python's print writes to standard output.
+def test_with_standard_error_closed_the_exit_code_is_still_right() -> None:
+    """If standard error is closed, nothing is printed, also not on standard output.
 
     Source: the documentation of print.
     """
@@ -59,8 +59,8 @@ def test_a_message_is_lost_where_standard_error_is_closed_but_not_the_exit_code(
 
 @_NOT_ON_WINDOWS
 @pytest.mark.parametrize("words", [("run", "--help"), ("eds",), ("encode", "MovePtp")])
-def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) -> None:
-    """Exit code 1 would mean that a check has failed.
+def test_a_command_ends_quietly_if_its_reader_has_ended(words: tuple[str, ...]) -> None:
+    """If the reader of a pipe has ended, the exit code is 141. Exit code 1 means a failed check.
 
     Source: the exit code of a shell for a process that SIGPIPE has ended, 128 + 13.
     """
@@ -74,7 +74,7 @@ def test_a_command_whose_reader_has_gone_ends_quietly(words: tuple[str, ...]) ->
     assert (done.returncode, done.stderr) == (141, b"")
 
 
-#: Script that runs the command, and sends SIGTERM when the function with this name begins.
+#: A script that runs `rcx`. It sends SIGTERM to itself when the named function begins.
 _TERMINATED = """
 import os, signal, sys
 where = sys.argv.pop(1)
@@ -92,7 +92,7 @@ sys.exit(main())
 @_NOT_ON_WINDOWS
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
 def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) -> None:
-    """A campaign keeps a copy of the program in a temporary folder.
+    """After SIGTERM, a campaign removes the temporary folder with its copy of the program.
 
     Source: signal(7); shells give 128 and the number of the signal.
     """
@@ -108,7 +108,7 @@ def test_sigterm_leaves_no_temporary_folder(repository: Path, tmp_path: Path) ->
     assert [path.name for path in temporary.iterdir()] == []
 
 
-#: Script of a command that fails with the error that this expression raises.
+#: A script in which `rcx` fails with an internal error; the given expression is its cause.
 _BROKEN = """
 import sys
 import rcx_harness.cli.app
@@ -121,8 +121,8 @@ sys.exit(main())
 """
 
 
-def test_an_error_of_our_own_is_one_line_and_exit_code_3(tmp_path: Path) -> None:
-    """An internal error gives one line.
+def test_an_internal_error_is_one_line_and_exit_code_3(tmp_path: Path) -> None:
+    """An internal error gives one line that names a file with the traceback.
 
     Source: CONTRIBUTING.md, exit codes: 3 means an internal error, 1 means that a rule is broken.
     """
@@ -136,8 +136,11 @@ def test_an_error_of_our_own_is_one_line_and_exit_code_3(tmp_path: Path) -> None
     assert "ValueError: the cause" in file.read_text()
 
 
-def test_ctrl_c_that_python_wraps_is_still_ctrl_c(tmp_path: Path) -> None:
-    """Before Python 3.12, an exception in __set_name__ becomes a RuntimeError."""
+def test_ctrl_c_inside_another_error_ends_with_130(tmp_path: Path) -> None:
+    """A KeyboardInterrupt that is the cause of a RuntimeError ends the command with 130.
+
+    Before Python 3.12, an exception in __set_name__ becomes a RuntimeError.
+    """
     done = _ended(_BROKEN.format("KeyboardInterrupt()"), TMPDIR=str(tmp_path))
     assert (done.returncode, done.stderr) == (130, "rcx: interrupted\n")
 
@@ -145,7 +148,7 @@ def test_ctrl_c_that_python_wraps_is_still_ctrl_c(tmp_path: Path) -> None:
 def test_the_traceback_is_shown_if_no_file_can_be_made(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: tempfile.mkstemp raises OSError if there is no folder for temporary files."""
+    """If no temporary file can be written, the traceback is printed. Source: tempfile.mkstemp."""
 
     def refuse(**options: object) -> None:
         raise OSError("no folder")
@@ -163,8 +166,8 @@ def test_the_traceback_is_shown_if_no_file_can_be_made(
     )
 
 
-def test_little_is_imported_before_ctrl_c_is_heard() -> None:
-    """A Ctrl-C during an import before `main` would show a traceback."""
+def test_nothing_is_imported_before_ctrl_c_is_handled() -> None:
+    """`cli.start` imports nothing else, because Ctrl-C during an import would show a traceback."""
     code = "import sys; before = set(sys.modules); import rcx_harness.cli.start; "
     done = _ended(f"{code}print(*sorted(set(sys.modules) - before - {{'gc', '__future__'}}))")
     assert done.stdout.split() == ["rcx_harness", "rcx_harness.cli", "rcx_harness.cli.start"]

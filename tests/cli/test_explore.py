@@ -1,4 +1,4 @@
-"""`rcx explore` visits all states of a small program and reports rules that are broken."""
+"""`rcx explore` visits all states of a small program, and reports broken rules."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _STOPS = _PROGRAM.format(
     variables="Button : BOOL; Count : INT; Row : ARRAY [1..2] OF INT;",
     body="IF Button THEN\n    Count := Count + 1;\n    Row[Count] := 1;\n  END_IF;",
 )
-#: SI(01) changes in every scan.
+#: A program that changes SI(01) in every scan.
 _FLICKERS = _PROGRAM.format(
     variables="On : BOOL;", body="On := NOT On;\n  OutputArea[32] := SEL(On, BYTE#0, BYTE#2);"
 )
@@ -75,7 +75,7 @@ def _written(folder: Path, text: str) -> str:
 
 
 def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> None:
-    """Counted by hand: the initial state; after a scan, a state for each value 0 to 2 of Button."""
+    """By hand, there are 7 states: the initial state, and 3 counts for each value of Button."""
     file = _written(folder, _COUNT)
     assert main(["explore", file, "--input", "Main.Button", "--faults", "none"]) == 0
     said = capsys.readouterr().out
@@ -86,7 +86,7 @@ def test_a_program_is_explored_to_its_end(folder: Path, capsys: Captured) -> Non
 
 
 def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Captured) -> None:
-    """The variable is never written, so the number of states does not change."""
+    """A located variable that is never written does not change the number of states."""
     text = _COUNT.replace("Button : BOOL;", "Button : BOOL; Far AT %QB60 : ARRAY [0..3] OF BYTE;")
     assert (
         main(["explore", _written(folder, text), "--input", "Main.Button", "--faults", "none"]) == 0
@@ -94,12 +94,14 @@ def test_a_program_with_a_located_variable_is_explored(folder: Path, capsys: Cap
     assert "explored to the end: 7 states" in capsys.readouterr().out
 
 
-def test_an_input_without_values_stays_and_is_named(folder: Path, capsys: Captured) -> None:
+def test_an_input_without_values_keeps_its_value_and_is_named(
+    folder: Path, capsys: Captured
+) -> None:
     assert main(["explore", _written(folder, _LATE), "--input", "Main.Key"]) == 0
     assert "Main.Button keeps its initial value (--input Main.Button" in capsys.readouterr().out
 
 
-def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> None:
+def test_a_reached_bound_is_reported(folder: Path, capsys: Captured) -> None:
     command = ["explore", _written(folder, _COUNT), "--input", "Main.Button"]
     for bound in (["--bound", "2"], ["--depth", "1"]):
         assert main([*command, *bound]) == 0
@@ -109,7 +111,7 @@ def test_a_bound_that_is_reached_is_no_end(folder: Path, capsys: Captured) -> No
 
 
 def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured) -> None:
-    """Determined by hand: an input changes in a scan, and then 300 ms pass in scans of 100 ms."""
+    """The shortest counterexample has 5 scans of 100 ms: an input changes, then 300 ms pass."""
     file = _written(folder, _LATE)
     always = "NOT (Main.Green AND Button)"
     inputs = ["--input", "Main.Button", "--input", "Main.Key"]
@@ -118,7 +120,7 @@ def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured
     assert "BROKEN in scan 5, at 400 ms" in said
     assert "always: NOT (Green AND Button)" in said
     command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
-    assert main(command.split()[1:]) == 0  # `rcx run` does not check this rule
+    assert main(command.split()[1:]) == 0  # `rcx run` does not check the option --always
     with Cell.build(file, scan="100ms") as cell:
         Stimulus.load("out/explore/broken.toml").schedule(cell)
         cell.scan(4)
@@ -129,8 +131,8 @@ def test_an_assertion_is_broken_by_a_shortest_run(folder: Path, capsys: Captured
     assert "Lamp.st" not in [path.name for path in Path("out/explore").iterdir()]
 
 
-#: Determined by hand: both inputs are TRUE from the second scan on, at 100 ms. The lamp lights 300
-#: ms later.
+#: Operator inputs for _LATE. Both inputs can be TRUE from the scan at 100 ms on, and the lamp
+#: lights 300 ms later.
 _LATE_DEMANDS = """[operator]
 buttons = ["Main.Button"]
 switches = ["Main.Key"]
@@ -142,12 +144,12 @@ switches = ["Main.Key"]
     [
         ('[[always]]\nname = "dark"\nthat = "NOT (Main.Green AND Main.Button)"\n',
          "BROKEN in scan 5, at 400 ms|always dark: NOT (Main.Green AND Main.Button) is not so"),
-        (  # the lamp is due at 200 ms, in scan 3
+        (  # the time limit for the lamp ends at 200 ms, in scan 3
             '[[eventually]]\nname = "lit"\nafter = "Main.Button AND Main.Key"\n'
             'that = "Main.Green"\nwithin = "100ms"\n',
             "BROKEN in scan 4, at 300 ms|eventually lit: Main.Green has not come within 100 ms",
         ),
-        (  # the lamp lights at 400 ms, unless an input has become FALSE
+        (  # the lamp lights only at 400 ms, but an input may turn FALSE before
             '[[eventually]]\nafter = "Main.Button AND Main.Key"\n'
             'that = "Main.Green"\nwithin = "200ms"\n',
             "BROKEN in scan 5, at 400 ms|has not come within 200 ms; Main.Green = FALSE",
@@ -156,7 +158,7 @@ switches = ["Main.Key"]
          'that = "Main.Green OR NOT Main.Button OR NOT Main.Key"\nwithin = "200ms"\n', ""),
     ],
 )  # fmt: skip
-def test_a_demand_of_a_file_is_judged_and_run_again(
+def test_a_property_from_a_file_is_checked_and_can_be_run_again(
     folder: Path, capsys: Captured, demanded: str, broken: str
 ) -> None:
     (folder / "mine.toml").write_text(_LATE_DEMANDS + demanded)
@@ -176,8 +178,8 @@ def test_a_demand_of_a_file_is_judged_and_run_again(
     assert broken.split("|")[1] in capsys.readouterr().out
 
 
-def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> None:
-    """Determined by hand: the values are 0, 1, 2, and in the third scan 0 again."""
+def test_a_property_may_use_the_value_of_the_last_scan(folder: Path, capsys: Captured) -> None:
+    """BEFORE(x) is the value of x in the last scan. By hand, the third scan breaks the property."""
     demanded = '[[always]]\nthat = "BEFORE(Main.Count) <> 2 OR Main.Count <> 0"\n'
     (folder / "mine.toml").write_text(demanded + '[operator]\nbuttons = ["Main.Button"]\n')
     command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
@@ -185,7 +187,9 @@ def test_a_demand_may_name_the_scan_before(folder: Path, capsys: Captured) -> No
     assert "BROKEN in scan 3, at 200 ms" in capsys.readouterr().out
 
 
-def test_operator_values_are_inputs_and_options_win(folder: Path, capsys: Captured) -> None:
+def test_operator_values_are_inputs_and_options_have_priority(
+    folder: Path, capsys: Captured
+) -> None:
     operator = 'buttons = ["Main.Button"]\nvalues = { "Main.Count" = [0, 2] }\n'
     (folder / "mine.toml").write_text(f"[operator]\n{operator}")
     command = ["explore", _written(folder, _COUNT), "--properties", "mine.toml"]
@@ -208,7 +212,7 @@ def test_operator_values_are_inputs_and_options_win(folder: Path, capsys: Captur
         ),
     ],
 )
-def test_demands_that_cannot_be_end_with_2(
+def test_impossible_properties_end_with_2(
     folder: Path, capsys: Captured, name: str, text: str, message: str
 ) -> None:
     (folder / name).write_text(text)
@@ -218,18 +222,22 @@ def test_demands_that_cannot_be_end_with_2(
     assert error.count("\n") == 1
 
 
-def test_assertions_in_comments_are_judged_too(folder: Path, capsys: Captured) -> None:
+def test_assertions_in_comments_are_checked(folder: Path, capsys: Captured) -> None:
     text = _COUNT.replace("END_IF;", "END_IF;\n  (* prove: Count < 2 *)")
     assert main(["explore", _written(folder, text), "--input", "Main.Button"]) == 1
     assert "always: Count < 2" in capsys.readouterr().out
 
 
-def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys: Captured) -> None:
-    """Source: manual chapter 5, 3, caution: 100 ms between changes of dedicated inputs."""
+def test_a_broken_rule_of_the_wire_is_confirmed_by_rcx_run(folder: Path, capsys: Captured) -> None:
+    """`rcx explore` finds a broken rule, and `rcx run` reports it as well.
+
+    Source: manual chapter 5, 3, caution: 100 ms between changes of dedicated inputs.
+    """
     file = _written(folder, _FLICKERS)
-    assert main(["explore", file, "--scan", "100ms"]) == 1  # SI(00) is OFF
+    assert main(["explore", file, "--scan", "100ms"]) == 1  # SI(01) turns ON while SI(00) is OFF
     assert "start against stop: SI(01) ON while SI(00) is OFF" in capsys.readouterr().out
-    released = _FLICKERS.replace("BYTE#0, BYTE#2", "BYTE#1, BYTE#3")  # SI(00) ON first
+    # SI(00) is ON from the first scan on
+    released = _FLICKERS.replace("BYTE#0, BYTE#2", "BYTE#1, BYTE#3")
     file = _written(folder, released.replace("On : BOOL;", "On : BOOL := TRUE;"))
     assert main(["explore", file, "--scan", "100ms"]) == 0
     capsys.readouterr()
@@ -243,7 +251,7 @@ def test_a_rule_of_the_wire_is_broken_and_rcx_run_shows_it(folder: Path, capsys:
 
 
 def test_a_program_that_stops_is_reported_with_its_line(folder: Path, capsys: Captured) -> None:
-    """Determined by hand: the third press exceeds the array of two elements."""
+    """The third scan with Button TRUE exceeds the array of two elements, so the program stops."""
     file = _written(folder, _STOPS)
     assert main(["explore", file, "--input", "Main.Button"]) == 1
     said = capsys.readouterr().out
@@ -270,7 +278,10 @@ def test_a_program_that_stops_is_reported_with_its_line(folder: Path, capsys: Ca
     ],
 )  # fmt: skip
 def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body: str) -> None:
-    """A scan of each state is repeated with arbitrary values for the omitted variables."""
+    """No state is merged wrongly.
+
+    A scan of each state is repeated with other values of the variables that the state omits.
+    """
     file = _written(folder, _ROBOT.format(variables=variables, body=body))
     inputs: dict[str, list[str]] = {"Main.Go": [], "Main.Back": []}
     found = explore(source_files(file), Settings(inputs=inputs, states=250)).result
@@ -281,7 +292,7 @@ def test_states_with_blocks_are_distinguished(folder: Path, variables: str, body
 
 @pytest.fixture
 def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
-    """Return a list that collects the numbers of the items sent to the workers."""
+    """Return a list that collects the number of each item that is sent to a worker."""
     numbers: list[int] = []
     give = LocalCrew.give
 
@@ -306,7 +317,7 @@ def given(monkeypatch: pytest.MonkeyPatch) -> list[int]:
          ["--input", "Main.Go", "--input", "Main.Back", "--bound", "60"], 0, "BOUND REACHED"),
     ],
 )  # fmt: skip
-def test_the_number_of_workers_changes_nothing(
+def test_the_number_of_workers_does_not_change_the_result(
     folder: Path,
     capsys: Captured,
     given: list[int],
@@ -328,10 +339,13 @@ def test_the_number_of_workers_changes_nothing(
 
 
 @pytest.mark.exhaustive
-def test_ctrl_c_ends_it_and_its_workers(
+def test_ctrl_c_ends_the_command_and_its_workers(
     folder: Path, capsys: Captured, given: list[int], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ctrl-C comes while workers take steps. `cli.start` prints the message."""
+    """Ctrl-C ends the command and all its workers.
+
+    `main` prints nothing, because `cli.start` does.
+    """
     ended = LocalCrew.ended
 
     def with_ctrl_c(self: LocalCrew) -> Iterator[Any]:
@@ -348,11 +362,15 @@ def test_ctrl_c_ends_it_and_its_workers(
     assert said.out == said.err == ""
 
 
-def test_the_small_controller_answers_as_the_manual_says() -> None:
-    """Source: guide chapter 1, 1.2 (status); manual chapter 5, 2 and 3.1 (servo, stops)."""
+def test_the_simplified_controller_answers_as_in_the_manual() -> None:
+    """The simplified controller of `rcx explore` makes only the moves that the manual describes.
+
+    Source: guide chapter 1, 1.2 (status); manual chapter 5, 2 and 3.1 (servo, stops).
+    """
     every = frozenset(FAULTS)
     at_first = Small()
-    assert list(at_first.moves(Wire(), frozenset())) == [""]  # nothing is requested
+    # without a request the controller does nothing
+    assert list(at_first.moves(Wire(), frozenset())) == [""]
     taken = at_first.seen(Wire(0x0001, 0x0041))
     assert set(taken.moves(Wire(0x0001, 0x0041), frozenset())) == {"", "run"}
     runs = taken.after("run")
@@ -361,16 +379,18 @@ def test_the_small_controller_answers_as_the_manual_says() -> None:
     for move, status in (("end", NORMAL_END), ("abnormal", ABNORMAL_END)):
         ended = runs.after(move)
         assert ended.status == status
-        assert "ready" not in ended.moves(Wire(0x0001), every)  # the code is still on the wire
+        # the PLC still sends the command code
+        assert "ready" not in ended.moves(Wire(0x0001), every)
         assert "ready" in ended.moves(Wire(0), every)
     on = taken.seen(Wire(0, 0x0043)).after("servo")
     assert on.so & 0x0004
-    assert not on.seen(Wire(0, 0x0042)).so & 0x0004  # SI(00) OFF: emergency stop
+    # the PLC turns SI(00) OFF, which is an emergency stop
+    assert not on.seen(Wire(0, 0x0042)).so & 0x0004
     assert on.seen(Wire(0, 0x0042)).so & 0x0001
     lost = on.after("link")
     assert (lost.link, lost.status) == (False, READY)
     back = lost.after("link up").seen(Wire(0, 0x0043))
-    assert "servo" not in back.moves(Wire(0, 0x0043), every)  # it stays ON, which is not an edge
+    assert "servo" not in back.moves(Wire(0, 0x0043), every)  # SI(01) stays ON, so there is no edge
 
 
 @pytest.mark.parametrize(

@@ -1,4 +1,4 @@
-"""Options of commands that distribute their work."""
+"""Commands that distribute their work have options for workers and clusters."""
 
 from __future__ import annotations
 
@@ -20,20 +20,20 @@ from structured_text.output.system import processors
 
 @dataclass(frozen=True)
 class Options(FarmOptions):
-    """Options of a command that has an additional argument."""
+    """The common options together with one argument of the command."""
 
     name: Annotated[str, typer.Argument()]
 
 
 @pytest.fixture
 def given() -> list[Options]:
-    """Return a list that collects the options of each call of the command."""
+    """Return an empty list. The test command adds its options to the list at each call."""
     return []
 
 
 @pytest.fixture
 def app(given: list[Options]) -> typer.Typer:
-    """Return a command with these options."""
+    """Return a test command that only records its options."""
     made = typer.Typer(add_completion=False)
 
     @made.command()
@@ -44,13 +44,15 @@ def app(given: list[Options]) -> typer.Typer:
     return made
 
 
-def test_a_command_takes_them_beside_its_own(app: typer.Typer, given: list[Options]) -> None:
+def test_a_command_has_the_common_options_and_its_own(
+    app: typer.Typer, given: list[Options]
+) -> None:
     for arguments in (["a.st"], ["a.st", "--workers", "3"]):
         assert CliRunner().invoke(app, arguments).exit_code == 0
     assert [one.farm(Console()).workers for one in given] == [processors(), 3]
 
 
-def test_no_worker_at_all_is_refused(app: typer.Typer) -> None:
+def test_zero_workers_are_refused(app: typer.Typer) -> None:
     assert CliRunner().invoke(app, ["a.st", "--workers", "0"]).exit_code == 2
 
 

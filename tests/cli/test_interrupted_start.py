@@ -1,4 +1,4 @@
-"""Ctrl-C while `--link enip` or `rcx serve` starts gives one line and leaves no process."""
+"""Ctrl-C during the start of `--link enip` or `rcx serve` prints one line and leaves no process."""
 
 from __future__ import annotations
 
@@ -16,10 +16,10 @@ pytestmark = pytest.mark.skipif(
     reason="it needs process groups, and loopback addresses besides 127.0.0.1",
 )
 
-#: Code that each Python process runs first. The process that runs the module WHO sends Ctrl-C to
-#: the whole process group of the command when it imports the module WHERE. WHERE may also be `-`
-#: for the module WHO itself, or `.` for the moment before its first line. A child of the command
-#: continues after the pipe is closed.
+#: Code that each Python process of the command runs first. If the process runs the module WHO, it
+#: sends Ctrl-C to the command's process group when it imports the module WHERE. If WHERE is `-`, it
+#: does so when it imports WHO. If WHERE is `.`, it does so before the first line of WHO. A child of
+#: the command continues after its pipe is closed.
 _HOOK = """
 import os, select, signal, sys
 who, where = os.environ["WHO"], os.environ["WHERE"]
@@ -48,19 +48,20 @@ sys.meta_path.insert(0, Finder())
 """
 _STATION = ("rcx_harness.serve.station_process", ("-", "rcx_harness.serve.station", "."))
 _ADAPTER = ("rcx_harness.enip.target.adapter_process", ("-", "rcx_harness.enip.target.device", "."))
-_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))  # a fork has all modules
+# a forked process has already imported all modules
+_CYCLIC = ("rcx_harness.enip.cyclic.process", ("-", "."))
 
 
 def _interrupted(tmp_path: Path, who: str, where: str, *arguments: str) -> tuple[int, str]:
-    """Return the exit code and stderr of the command and all processes that it has started.
+    """Run the command, and return its exit code and the standard error of all its processes.
 
-    On a slow machine, stderr also says that it is compiling.
+    The line "compiling ...", which appears on a slow computer, is removed.
     """
     (tmp_path / "sitecustomize.py").write_text(_HOOK)
     done = subprocess.run(
         [sys.executable, "-m", "rcx_harness", *arguments],
         stdin=subprocess.DEVNULL,
-        capture_output=True,  # this waits for the end of the last of these processes
+        capture_output=True,  # wait until all these processes have ended
         text=True,
         check=False,
         timeout=60,
@@ -78,7 +79,7 @@ _CASES = [(who, where) for who, places in (_STATION, _ADAPTER, _CYCLIC) for wher
     ("who", "where", "realtime"),
     [(*case, True) for case in _CASES[3:]] + [(*case, False) for case in _CASES[3:6]],
 )
-def test_ctrl_c_while_a_network_starts_is_one_line(
+def test_ctrl_c_while_a_network_starts_prints_one_line(
     repository: Path, tmp_path: Path, who: str, where: str, realtime: bool
 ) -> None:
     program = str(repository / "tests" / "cell" / "programs" / "RawArea.st")
@@ -90,6 +91,6 @@ def test_ctrl_c_while_a_network_starts_is_one_line(
 
 @pytest.mark.exhaustive(but=["rcx_harness.enip.cyclic.process--"])
 @pytest.mark.parametrize(("who", "where"), _CASES)
-def test_ctrl_c_ends_a_start_of_a_server(tmp_path: Path, who: str, where: str) -> None:
+def test_ctrl_c_while_a_server_starts_ends_it_with_0(tmp_path: Path, who: str, where: str) -> None:
     (address,) = own_addresses(1)
     assert _interrupted(tmp_path, who, where, "serve", "--address", address) == (0, "")

@@ -1,4 +1,4 @@
-"""`rcx judge` reports broken rules in its output and by its exit code."""
+"""`rcx judge` reports violations in its output and by its exit code."""
 
 from __future__ import annotations
 
@@ -18,7 +18,10 @@ Captured = pytest.CaptureFixture[str]
 
 
 def _story(*, good: bool) -> Story:
-    """Return a capture with SI(00) ON at 200 ms and SI(06) 150 or 50 ms later, in AUTO mode."""
+    """Return a capture in AUTO mode in which SI(00) turns ON at 200 ms.
+
+    SI(06) follows 150 ms later if `good` is TRUE, otherwise 50 ms later, which is too early.
+    """
     story = Story()
     story.open(0)
     for k in range(1, 51):
@@ -46,10 +49,13 @@ def test_a_good_recording_ends_with_0(good: Path, capsys: Captured) -> None:
     assert shown.out.endswith("no violations\n")
 
 
-def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: Captured) -> None:
-    """The manual demands 100 ms (chapter 5, 3, caution).
+def test_a_broken_rule_ends_with_1_and_is_reported_with_its_time(
+    bad: Path, capsys: Captured
+) -> None:
+    """An interval of 50 ms is reported with its time and its packet, and the exit code is 1.
 
-    In the file, the PLC's packet at 10 * k ms has number 2 * k + 1.
+    The manual demands 100 ms (chapter 5, 3, caution). The PLC's packet at 10 * k ms has number 2 *
+    k + 1.
     """
     assert main(["judge", str(bad), "--quiet"]) == 1
     last = capsys.readouterr().out.splitlines()[-2:]
@@ -58,7 +64,7 @@ def test_a_broken_rule_ends_with_1_and_is_named_at_its_time(bad: Path, capsys: C
 
 
 def test_chart_and_trace_are_written(bad: Path, tmp_path: Path, capsys: Captured) -> None:
-    """The trace has the format of `rcx run`, and judging it gives the same result."""
+    """The chart and the trace are written. Judging this trace gives the same violation."""
     chart, trace = tmp_path / "chart.svg", tmp_path / "trace.jsonl"
     outputs = ["--chart", str(chart), "--trace", str(trace), "--show"]
     assert main(["judge", str(bad), *outputs]) == 1
@@ -70,7 +76,9 @@ def test_chart_and_trace_are_written(bad: Path, tmp_path: Path, capsys: Captured
     assert lines[-1] == "1 violation"
 
 
-def test_nothing_of_the_users_is_written_over(good: Path, tmp_path: Path, capsys: Captured) -> None:
+def test_files_of_the_user_are_not_overwritten(
+    good: Path, tmp_path: Path, capsys: Captured
+) -> None:
     for option in ("--trace", "--chart"):
         assert main(["judge", str(good), option, str(good)]) == 2
         assert "would be overwritten, but it is an input" in capsys.readouterr().err
@@ -80,10 +88,10 @@ def test_nothing_of_the_users_is_written_over(good: Path, tmp_path: Path, capsys
     assert mine.read_text() == "keep this"
 
 
-def test_a_trace_of_a_run_is_judged_as_it_was(
+def test_a_trace_of_a_run_has_the_same_result_as_the_run(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Example 01 breaks no rule. Its servos are on at 820 ms, as the README shows."""
+    """The trace of example 01 has no violation, and its servos are on at 820 ms."""
     example, trace = repository / "plc/examples/01_power_up", tmp_path / "run.jsonl"
     given = ["--robot", str(example / "robot.toml"), "--stimulus", str(example / "stimulus.toml")]
     assert main(["run", str(example), *given, "--for", "2s", "--trace", str(trace)]) == 0
@@ -95,12 +103,12 @@ def test_a_trace_of_a_run_is_judged_as_it_was(
 
 
 @pytest.mark.parametrize(("by", "found"), [("rcx serve", 1), ("rcx judge", 0)])
-def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
+def test_a_trace_that_was_not_yet_judged_is_judged(
     tmp_path: Path, capsys: Captured, by: str, found: int
 ) -> None:
-    """SI(01) and SI(06) change in one cycle.
+    """In a trace of `rcx serve`, simultaneous changes of SI(01) and SI(06) are reported.
 
-    When `rcx serve` writes a trace, it does not check the rules for PLCs.
+    `rcx serve` does not check the rules for PLCs when it writes a trace.
     """
     so = area(dedicated=0x0112)
     every: list[Cycle | Scan] = []
@@ -129,7 +137,7 @@ def test_a_trace_that_was_not_judged_as_it_was_written_is_judged_now(
         (b'{"format":"rcx-trace/1"}\n{"t_us":0,"scan":0,"so":"00","si":"00"}\n', "1 and 1 bytes"),
     ],
 )
-def test_a_wrong_recording_is_one_line_and_exit_code_2(
+def test_an_invalid_recording_is_one_line_and_exit_code_2(
     tmp_path: Path, capsys: Captured, content: bytes | None, message: str
 ) -> None:
     file = tmp_path / "file.jsonl"
@@ -142,7 +150,7 @@ def test_a_wrong_recording_is_one_line_and_exit_code_2(
     assert error.count("\n") == 1
 
 
-def test_a_capture_that_is_cut_off_is_judged_and_said_to_be(bad: Path, capsys: Captured) -> None:
+def test_a_capture_that_is_cut_off_is_judged_and_reported(bad: Path, capsys: Captured) -> None:
     bad.write_bytes(bad.read_bytes()[:-5])
     assert main(["judge", str(bad), "--quiet"]) == 2
     shown = capsys.readouterr()
@@ -167,7 +175,7 @@ def test_bad_options_are_named(
     assert message in capsys.readouterr().err
 
 
-def test_without_the_library_it_says_how_to_get_it(
+def test_a_missing_capture_library_is_reported_with_the_install_command(
     good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "cypcap", None)
@@ -182,7 +190,10 @@ def test_without_the_library_it_says_how_to_get_it(
 def test_slow_work_shows_its_progress(
     good: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A line appears every two seconds, on a clock that advances one second at each call."""
+    """Long work prints its progress every two seconds.
+
+    The test's clock advances 1 s at each call.
+    """
     seconds = iter(range(10_000))
     monkeypatch.setattr("rcx_harness.cli.progress.time.monotonic", lambda: next(seconds))
     monkeypatch.setattr(judge_module, "REPORT_EVERY", 10)

@@ -1,4 +1,4 @@
-"""`rcx mutants` reports mutants that a user's tests detect, survivors, and saved outcomes."""
+"""`rcx mutants` reports which mutants a user's tests detect, and saves the outcomes."""
 
 from __future__ import annotations
 
@@ -72,8 +72,8 @@ def test_it_is_not_green_without_a_key(cell):
     assert not cell["Main.Green"]
 """
 
-#: In line 7 the tests use TRUE and TRUE, FALSE and TRUE, so a mutant without the key survives. In
-#: line 11 they use 0 to 3. They never execute line 12.
+#: Survivors by line. The tests never set Button without Key, so mutants of line 7 survive. They use
+#: only counts 0 to 3 in line 11, and never execute line 12.
 _SURVIVORS = {(7, "Green := Button;"), (11, "IF Count >= 5 THEN"), (11, "IF Count > 6 THEN"),
               (11, "IF Count > 4 THEN"), (11, "IF FALSE THEN")}  # fmt: skip
 
@@ -93,7 +93,7 @@ def project(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     yield tmp_path
-    for name, text in files.items():  # files of the user never change
+    for name, text in files.items():  # the command never changes files of the user
         if name.endswith(".st"):
             assert (tmp_path / name).read_text(encoding="utf-8") == text
 
@@ -136,7 +136,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
     assert _found() == first
     capsys.readouterr()
 
-    # With a new test, survivors are run again. Mutants that were detected are not.
+    # With a new test, only survivors are run again, not mutants that were already detected.
     (project / "tests" / "test_key.py").write_text(_KEY, encoding="utf-8")
     assert main(command) == 1
     assert (7, "Green := Button;") not in _survivors()
@@ -147,7 +147,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
     assert again == survived - not_reached
     capsys.readouterr()
 
-    # A reason for a survivor counts as much as a test.
+    # A survivor with a reason counts as detected.
     text = rows.read_text("utf-8").replace('reason = ""', 'reason = "the lamp is for show"')
     Path("mutants.toml").write_text(text, encoding="utf-8")
     assert main(command) == 0
@@ -155,7 +155,7 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
 
 
 @pytest.mark.exhaustive
-def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys: Captured) -> None:
+def test_after_the_time_limit_the_next_call_continues(project: Path, capsys: Captured) -> None:
     command = ["mutants", "plc", "--json", "found.json", "--minutes", "0", "--", "pytest"]
     assert main([*command[:4], "--fail-under", "0", *command[4:]]) == 0
     assert "NOT RUN YET (the next call continues)" in capsys.readouterr().out
@@ -165,10 +165,10 @@ def test_time_that_is_up_leaves_the_rest_for_the_next_call(project: Path, capsys
 
 
 @pytest.mark.exhaustive
-def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
+def test_after_ctrl_c_the_next_call_uses_the_saved_outcomes(
     project: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Ctrl-C comes while the third outcome is saved."""
+    """Ctrl-C while the third outcome is saved keeps three outcomes, and the next call uses them."""
     command = ["mutants", "plc", "--json", "found.json", "--workers", "1", "--", "pytest"]
     kept, add = Path(".rcx/mutants.jsonl"), Results.add
 
@@ -191,7 +191,7 @@ def test_ctrl_c_keeps_what_is_done_and_the_next_call_knows_it(
 
 
 @pytest.mark.exhaustive
-def test_a_process_of_its_own_judges_as_a_copy_does(
+def test_a_new_process_gives_the_same_outcomes_as_a_forked_one(
     project: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:
     run = PytestCommand.of(["pytest"], project)
@@ -200,7 +200,7 @@ def test_a_process_of_its_own_judges_as_a_copy_does(
     tasks, unreached = mutants.tasks(tests)
     assert {one.line for one in unreached} == {12}
     files = {task.mutant.file for task in tasks[:2]}
-    assert files == {"plc/FC_Next.st", "plc/Lamp.st"}  # the mutants are from all files
+    assert files == {"plc/FC_Next.st", "plc/Lamp.st"}  # the first tasks already cover both files
     wanted = {(task.mutant.line, task.mutant.after): task for task in tasks}
     operand = wanted[7, "Green := Button;"]
     counting = next(task for task in tasks if task.mutant.file == "plc/FC_Next.st")
@@ -227,7 +227,7 @@ def test_tests_must_pass_at_first(project: Path, capsys: Captured) -> None:
 
 
 @pytest.mark.exhaustive
-def test_tests_of_something_else_judge_nothing(project: Path, capsys: Captured) -> None:
+def test_tests_that_do_not_run_the_program_are_refused(project: Path, capsys: Captured) -> None:
     other = "def test_nothing():\n    pass\n"
     (project / "tests" / "test_lamp.py").write_text(other, encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
@@ -258,7 +258,7 @@ def test_bad_input_ends_with_2(
     assert message in " ".join(capsys.readouterr().err.split())
 
 
-def test_a_row_of_reasons_must_be_whole(project: Path, capsys: Captured) -> None:
+def test_an_incomplete_reason_is_refused(project: Path, capsys: Captured) -> None:
     Path("mutants.toml").write_text('[[survivor]]\nblock = "Lamp"\n', encoding="utf-8")
     assert main(["mutants", "plc", "--", "pytest"]) == 2
     assert "[[survivor]] 1 is incomplete; write block, line" in capsys.readouterr().err
@@ -293,7 +293,7 @@ def test_the_robot_program_answers():
 def test_a_robot_program_runs_in_the_cells_of_mutants(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """SO(21) answers SI(20). The test detects each mutant with a wrong condition or result."""
+    """The cell of each mutant runs the robot program, which answers SI(20) with SO(21)."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     files = {

@@ -1,4 +1,4 @@
-"""`--no-robot` runs a program alone."""
+"""With `--no-robot`, commands run a program without a robot and without areas."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ END_PROGRAM
 
 @pytest.fixture
 def motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
-    """Write a program without areas into the current folder."""
+    """Write a program without areas into the current folder, and return its file name."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("RCX_MATIEC", raising=False)
     (tmp_path / "motor.st").write_text(_MOTOR, encoding="utf-8")
@@ -34,8 +34,8 @@ def motor(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
     return "motor.st"
 
 
-def test_a_program_without_areas_runs_with_all_pictures(motor: str, capsys: Captured) -> None:
-    """The motor is on from the scan at 100 ms on, and the count is 3 two scans later."""
+def test_a_program_without_areas_runs_with_all_outputs(motor: str, capsys: Captured) -> None:
+    """A run without a robot writes trace, chart, waves and page. Count is 3 at 120 ms."""
     files = ["--trace", "t.jsonl", "--chart", "c.svg", "--vcd", "w.vcd", "--view", "v.html"]
     options = ["--stimulus", "s.toml", "--watch", "Main.*", "--show", "--engine", "builtin"]
     assert main(["run", motor, "--no-robot", "--for", "1s", *options, *files]) == 0
@@ -58,7 +58,7 @@ def test_properties_and_coverage_work_without_a_robot(motor: str, capsys: Captur
     assert main(["run", motor, "--no-robot", *options]) == 1
     out = capsys.readouterr().out
     assert "violation at 120 ms: plc, scan 13: property: always Main.Count < 3" in out
-    assert "75.0 % 3/4" in out, "the motor is never stopped"
+    assert "75.0 % 3/4" in out, "the line that stops the motor is not executed"
 
 
 def test_missing_areas_are_reported_with_what_to_do(motor: str, capsys: Captured) -> None:
@@ -109,10 +109,11 @@ def test_a_stimulus_for_a_robot_is_refused(motor: str, capsys: Captured, key: st
 
 
 def test_all_states_of_a_program_alone_are_explored(motor: str, capsys: Captured) -> None:
-    """By hand, there are 17 states.
+    """All 17 states of the program are explored; the number was determined by hand.
 
-    Motor off: 3 input states that keep it off, times 4 counts. Motor on: Start ON with 3 counts,
-    Start OFF with 2 counts. Each state has three successors: no change, or a change of one input.
+    With the motor off there are 3 input states and 4 counts. With the motor on there are 3 counts
+    with Start ON and 2 counts with Start OFF. Each state has three successors: no input changes, or
+    one of two inputs changes.
     """
     inputs = ["--input", "Main.Start", "--input", "Main.Stop", "--workers", "0"]
     assert main(["explore", motor, "--no-robot", "--always", "Count < 4", *inputs]) == 0
@@ -131,16 +132,14 @@ def test_a_counterexample_runs_again(motor: str, capsys: Captured) -> None:
     assert "violation at 200 ms: plc, scan 3: property" in capsys.readouterr().out
 
 
-def test_a_program_alone_is_proved_or_refuted_and_what_refutes_it_runs_again(
-    motor: str, capsys: Captured
-) -> None:
-    """Start and Stop are inputs. Stop has priority. With Start alone, the count reaches 3."""
+def test_a_program_alone_is_proved_or_refuted_with_a_run(motor: str, capsys: Captured) -> None:
+    """`rcx prove` proves that Stop has priority, and gives a run that breaks Count < 3."""
     assertion = "(* prove: NOT (Stop AND Motor) *)\nEND_PROGRAM"
     Path(motor).write_text(_MOTOR.replace("END_PROGRAM", assertion), encoding="utf-8")
     assert main(["prove", motor, "--no-robot"]) == 0
     out = capsys.readouterr().out
     assert "inputs, with any value in each scan: Main.Start, Main.Stop\n" in out
-    assert "2 properties: 2 proved, 0 refuted, 0 unknown" in out  # the totals are right, too
+    assert "2 properties: 2 proved, 0 refuted, 0 unknown" in out  # the total counts both properties
     Path(motor).write_text(_MOTOR.replace("END_PROGRAM", "(* prove: Count < 3 *)\nEND_PROGRAM"))
     assert main(["prove", motor, "--no-robot"]) == 1
     out = capsys.readouterr().out
@@ -175,8 +174,8 @@ def test_a_client_of_the_debugger_launches_a_program_alone(motor: str) -> None:
 
 
 @pytest.mark.exhaustive
-def test_tests_on_a_bench_judge_mutants_of_a_program(motor: str, tmp_path: Path) -> None:
-    """The test presses Start, so it detects mutants that change or remove the assignment."""
+def test_tests_with_a_bench_detect_mutants(motor: str, tmp_path: Path) -> None:
+    """A test with a Bench, without a robot, detects all mutants of the assignment."""
     (tmp_path / "motor.st").write_text(
         "PROGRAM Main\n  VAR Start, Motor : BOOL; END_VAR\n  Motor := Start;\nEND_PROGRAM\n"
     )
@@ -204,10 +203,13 @@ END_PROGRAM
 @pytest.mark.parametrize(
     ("options", "value"), [([], 2), (["--dialect", "codesys"], 2000), (["--dialect", "iec"], 2)]
 )
-def test_a_program_is_computed_in_the_dialect_that_the_user_names(
+def test_a_program_runs_in_the_dialect_of_the_user(
     motor: str, options: list[str], value: int
 ) -> None:
-    """Source: docs/reference/language.md, dialects."""
+    """The option or variable for the dialect decides the result.
+
+    Source: docs/reference/language.md.
+    """
     Path(motor).write_text(_TIMES, encoding="utf-8")
     run = ["run", motor, "--no-robot", "--for", "20ms", "--watch", "Main.D", "--trace", "t.jsonl"]
     assert main([*run, *options]) == 0
@@ -218,13 +220,16 @@ def test_a_program_is_computed_in_the_dialect_that_the_user_names(
 
 @pytest.mark.parametrize("command", ["run", "check", "prove", "explore", "campaign", "sweep"])
 def test_an_unknown_dialect_is_bad_input(motor: str, command: str, capsys: Captured) -> None:
-    """Source: docs/reference/cli.md, exit codes."""
+    """An unknown dialect ends the command with 2 and a proposal. Source: docs/reference/cli.md."""
     assert main([command, motor, "--dialect", "codsys"]) == 2
     assert "there is no dialect 'codsys'; did you mean codesys" in capsys.readouterr().err
 
 
 def test_a_launch_of_the_debugger_may_name_the_dialect(motor: str) -> None:
-    """Source: docs/how-to/debug.md."""
+    """The key `dialect` of a launch sets the dialect of the program.
+
+    Source: docs/how-to/debug.md.
+    """
     Path(motor).write_text(_TIMES, encoding="utf-8")
     machine = launched(
         {"program": motor, "noRobot": True, "dialect": "tia", "for": "1s"}, []

@@ -1,4 +1,4 @@
-"""An output is complete or the old file stays; Ctrl-C and a full disk give one line."""
+"""If an output cannot be written completely, the old file stays, and one line is printed."""
 
 from __future__ import annotations
 
@@ -38,10 +38,10 @@ def _limit() -> None:
 
 
 def _with_a_full_disk(*command: str) -> subprocess.CompletedProcess[str]:
-    """Run `rcx` in a process with a full disk.
+    """Run `rcx` in a process with a simulated full disk.
 
-    Python does not notice that a file of compiled code was cut, and later tests that import the
-    module would fail. Therefore this process writes no compiled code.
+    The process writes no compiled Python code. Python would not notice that such a file is cut off,
+    and later tests that import the module would fail.
     """
     return subprocess.run(
         [sys.executable, "-m", "rcx_harness", *command],
@@ -55,7 +55,7 @@ def _with_a_full_disk(*command: str) -> subprocess.CompletedProcess[str]:
 
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
 @pytest.mark.parametrize("kind", _KINDS)
-def test_a_full_disk_is_one_line(
+def test_a_full_disk_is_reported_in_one_line(
     repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str], kind: str
 ) -> None:
     assert main(_run(repository, tmp_path, f"--{kind}", str(_FULL))) == 2
@@ -87,7 +87,7 @@ def test_a_full_disk_leaves_nothing_of_a_new_cell(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
-def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> None:
+def test_an_old_file_is_replaced_only_by_a_complete_one(tmp_path: Path) -> None:
     place, link = tmp_path / "a", tmp_path / "link"
     place.write_text("old")
     place.chmod(0o640)
@@ -101,18 +101,22 @@ def test_a_file_takes_the_place_of_another_when_it_is_whole(tmp_path: Path) -> N
     assert sorted(one.name for one in tmp_path.iterdir()) == ["a", "link"]
 
 
-def test_a_new_file_grows_in_its_place_unless_it_is_to_be_whole(tmp_path: Path) -> None:
+def test_a_new_file_exists_at_once_unless_it_must_be_complete(tmp_path: Path) -> None:
     grows, whole = OutputFile(tmp_path / "a"), OutputFile(tmp_path / "b", whole=True)
     assert [one.exists() for one in (tmp_path / "a", tmp_path / "b")] == [True, False]
     for file in (grows, whole):
         file.write("new")
         file.close()
-        file.discard()  # no effect after close
+        file.discard()  # after close, discard has no effect
     assert [(tmp_path / name).read_text() for name in "ab"] == ["new", "new"]
 
 
 def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The path has become a folder, or a network drive reports at close that it is full."""
+    """If closing an output fails, no new file remains.
+
+    Reasons are a folder with the same name, or a network drive that reports only at close that it
+    is full.
+    """
     place = tmp_path / "a"
     place.write_text("old")
     file = OutputFile(place)
@@ -139,7 +143,7 @@ def test_a_failing_close_leaves_nothing(tmp_path: Path, monkeypatch: pytest.Monk
 
 
 def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
-    """A user may write `--trace /dev/stdout`. The test uses a named pipe instead."""
+    """An output can be a named pipe, which stays. A user may write `--trace /dev/stdout`."""
     pipe = tmp_path / "pipe"
     os.mkfifo(pipe)
     reader = os.open(pipe, os.O_RDONLY | os.O_NONBLOCK)
@@ -156,7 +160,7 @@ def test_a_pipe_is_written_and_stays(tmp_path: Path) -> None:
 
 
 def test_several_files_are_replaced_together(tmp_path: Path) -> None:
-    """Folders that were created for the files are removed on failure. Other files in them stay."""
+    """If one of several files cannot be written, no file and no new folder remains."""
     old, new = tmp_path / "old", tmp_path / "a" / "b" / "new"
     old.write_text("old")
     with pytest.raises(InputError, match=r"^/dev/full/c: cannot be written: Not a directory$"):
@@ -168,7 +172,7 @@ def test_several_files_are_replaced_together(tmp_path: Path) -> None:
     assert [one.name for one in new.parent.iterdir()] == ["new"]
 
 
-def test_after_an_error_nothing_more_is_said(tmp_path: Path) -> None:
+def test_after_an_error_no_further_error_is_raised(tmp_path: Path) -> None:
     if not _FULL.exists():
         pytest.skip("no /dev/full")
     file = OutputFile(_FULL)
@@ -191,13 +195,13 @@ def _ends_in_one_line(command: list[str]) -> None:
 
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
 @pytest.mark.parametrize("command", [["eds"], ["encode", "MovePtp"]])
-def test_standard_output_on_a_full_disk_is_one_line(command: list[str]) -> None:
+def test_standard_output_on_a_full_disk_is_reported_in_one_line(command: list[str]) -> None:
     _ends_in_one_line(command)
 
 
 @pytest.mark.exhaustive
 @pytest.mark.skipif(not _FULL.exists(), reason="no /dev/full")
-def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
+def test_scan_and_serve_on_a_full_disk_report_one_line() -> None:
     (address,) = own_addresses(1)
     with Adapter(cyclic=0) as adapter:
         _ends_in_one_line(["scan", "127.0.0.1", "--port", str(adapter.address[1]), "--for", "0s"])
@@ -213,7 +217,7 @@ def test_scan_and_serve_on_a_full_disk_are_one_line() -> None:
     [["eds", "--force", "{}"], ["export", "st", "--force", "--out", "{}"], ["new", "{}"]],
     ids=lambda command: command[0],
 )
-def test_a_place_that_cannot_be_written_is_one_line(
+def test_an_unwritable_path_is_reported_in_one_line(
     capsys: pytest.CaptureFixture[str], command: list[str], place: str
 ) -> None:
     if not _FULL.exists():
@@ -224,8 +228,8 @@ def test_a_place_that_cannot_be_written_is_one_line(
     assert said.count("\n") == 1
 
 
-#: Script that runs the command, and sends Ctrl-C when the module of this name is imported, or when
-#: the function of this name begins.
+#: A script that runs `rcx`. It sends Ctrl-C to itself when the named module is imported, or when
+#: the named function begins.
 _INTERRUPTED = """
 import os, signal, sys
 where = sys.argv.pop(1)
@@ -265,7 +269,9 @@ sys.exit(main())
     ],
 )
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="code objects have no qualified name")
-def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, moment: str) -> None:
+def test_ctrl_c_prints_one_line_at_any_moment(
+    repository: Path, tmp_path: Path, moment: str
+) -> None:
     command = _run(repository, tmp_path, "--trace", str(tmp_path / "t.jsonl"), "--for", "50ms")
     done = subprocess.run(
         [sys.executable, "-c", _INTERRUPTED, moment, *command],
@@ -274,12 +280,12 @@ def test_ctrl_c_is_one_line_at_any_moment(repository: Path, tmp_path: Path, mome
         check=False,
         env={**os.environ, "RCX_CACHE": "off"},
     )
-    progress = ("compiling", "running")  # these words are only printed on a slow computer
+    progress = ("compiling", "running")  # lines with these words appear only on a slow computer
     said = [line for line in done.stderr.splitlines() if not line.startswith(progress)]
     assert (done.returncode, said) == (130, ["rcx: interrupted"])
 
 
-def test_a_library_without_the_block_is_named_not_the_program(
+def test_a_library_without_the_block_is_reported_instead_of_the_program(
     repository: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     program = repository / "plc" / "examples" / "01_power_up"
@@ -291,7 +297,7 @@ def test_a_library_without_the_block_is_named_not_the_program(
 
 
 @pytest.mark.parametrize("command", ["check", "run"])
-def test_an_unknown_block_is_the_programs_mistake(
+def test_an_unknown_block_is_reported_at_its_line_of_the_program(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], command: str
 ) -> None:
     (tmp_path / "lib").mkdir()
@@ -319,7 +325,7 @@ def test_a_library_that_is_no_folder_is_named(
         assert said.count("\n") == 1
 
 
-def test_the_demo_writes_over_nothing_of_the_users(
+def test_the_demo_does_not_overwrite_files_of_the_user(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     (tmp_path / "trace.jsonl").write_text("mine", encoding="utf-8")
@@ -328,7 +334,7 @@ def test_the_demo_writes_over_nothing_of_the_users(
     assert [file.name for file in tmp_path.iterdir()] == ["trace.jsonl"]
 
 
-def test_new_files_are_made_before_the_work_and_named_after_it(tmp_path: Path) -> None:
+def test_new_files_are_reserved_before_the_work_and_named_after_it(tmp_path: Path) -> None:
     one, two = tmp_path / "new" / "one.toml", tmp_path / "two.csv"
     with NewFiles([one, two]) as files:
         assert not one.exists()
@@ -340,7 +346,7 @@ def test_new_files_are_made_before_the_work_and_named_after_it(tmp_path: Path) -
     assert sorted(path.name for path in tmp_path.iterdir()) == ["new", "two.csv"]
 
 
-def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> None:
+def test_nothing_is_done_if_a_new_file_cannot_be_written(tmp_path: Path) -> None:
     there = tmp_path / "there"
     there.write_text("mine", encoding="utf-8")
     for paths, message in (
@@ -356,10 +362,13 @@ def test_nothing_is_done_where_a_new_file_cannot_be_written(tmp_path: Path) -> N
 
 
 @pytest.mark.parametrize("links", [True, False])
-def test_a_file_that_appears_meanwhile_stays_and_the_new_one_stands_beside_it(
+def test_a_file_that_appears_meanwhile_stays_and_the_output_is_renamed(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, links: bool
 ) -> None:
-    """The new file gets another name, also on file systems without links."""
+    """If another program creates the file meanwhile, the output gets a new name.
+
+    This works on file systems without hard links as well.
+    """
     if not links:
 
         def none(*_: object) -> None:

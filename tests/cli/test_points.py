@@ -1,4 +1,4 @@
-"""`rcx points` reads and writes files and controllers, and reports differences by its exit code."""
+"""`rcx points` saves, compares and restores the point data of a controller."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ Robot = Callable[..., StationLine]
 
 @pytest.fixture
 def robot(monkeypatch: pytest.MonkeyPatch) -> Robot:
-    """Replace the network by a controller with these keys of the robot file."""
+    """Return a function that replaces the network by a virtual controller."""
 
     def made(config: RobotConfig | None = None) -> StationLine:
         line = StationLine(config or RobotConfig())
@@ -59,7 +59,10 @@ def test_a_backup_compares_equal(robot: Robot, tmp_path: Path, capsys: Captured)
 def test_a_backup_as_all_file_compares_equal(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Point 19 is in pulses, point 50 in mm. Data that a restore does not need are reported."""
+    """A backup as .ALL file has no differences. Its sections without point data are reported.
+
+    Point 19 is in pulses, and point 50 is in mm.
+    """
     config = RobotConfig(
         comments={3: '"A" '},
         shifts={2: (1000, -2500, 0, 90_000)},
@@ -89,7 +92,7 @@ def test_a_backup_as_all_file_compares_equal(
     assert capsys.readouterr().out.endswith("0 of 9 differ\n")
 
 
-def test_hands_of_other_robots_have_no_place_in_an_all_file(
+def test_hands_of_other_robots_are_left_out_of_an_all_file(
     robot: Robot, tmp_path: Path, capsys: Captured
 ) -> None:
     robot(RobotConfig(axes=(Axis(), Axis(robot=2)), hands={(2, 1): Hand((1, 0, 0, 0))}))
@@ -102,7 +105,7 @@ def test_hands_of_other_robots_have_no_place_in_an_all_file(
     )
 
 
-def test_a_file_that_is_there_is_never_written_over(
+def test_an_existing_file_is_never_overwritten(
     robot: Robot, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: pytest.fail("the command has connected"))
@@ -128,7 +131,7 @@ def test_an_unwritable_file_is_found_before_reading(
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
 
-def test_compare_shows_what_differs(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
+def test_compare_shows_the_differences(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
     robot()
     file = tmp_path / "points.toml"
     assert main(_backup(file)) == 0
@@ -149,7 +152,7 @@ def test_compare_shows_what_differs(robot: Robot, tmp_path: Path, capsys: Captur
     assert out.endswith("3 of 4 differ\n")
 
 
-def test_restore_writes_what_differs_and_nothing_without_the_option(
+def test_restore_writes_the_differences_only_with_the_option(
     robot: Robot, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     robot()
@@ -189,7 +192,7 @@ def test_a_file_is_checked_before_the_first_command(
     assert capsys.readouterr().err == f"rcx: {file}{message}\n"
 
 
-def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) -> None:
+def test_a_comment_that_is_empty_in_the_file_is_cleared(robot: Robot, tmp_path: Path) -> None:
     file = tmp_path / "c.toml"
     file.write_text("[comments]\n1 = ''\n2 = 'B'\n", encoding="utf-8")
     line = robot(RobotConfig(comments={1: "A"}))
@@ -201,7 +204,10 @@ def test_a_comment_that_is_empty_in_the_file_goes(robot: Robot, tmp_path: Path) 
 def test_a_comment_that_cannot_be_written_back_is_left_out(
     robot: Robot, tmp_path: Path, capsys: Captured, text: str
 ) -> None:
-    """Source: guide 4.3.2."""
+    """A comment with characters that no command can send is left out and reported.
+
+    Source: guide 4.3.2.
+    """
     file, options = tmp_path / "c.toml", ["--kind", "comments", "--numbers", "0-2"]
     robot(RobotConfig(comments={0: "ONE"})).controller.machine.memory.comments[2] = text
     assert main(["points", "backup", "h", str(file), *options]) == 1
@@ -249,24 +255,26 @@ def test_a_lost_connection_exits_with_1(robot: Robot, tmp_path: Path, capsys: Ca
 
 
 @pytest.mark.parametrize(
-    ("action", "left"),
+    ("action", "remaining"),
     [
         (["compare"], "nothing was compared"),
         (["restore", "--write"], "what was being written may be stored; run it again to go on"),
     ],
 )
-def test_a_stopped_command_says_what_remains(
-    robot: Robot, tmp_path: Path, capsys: Captured, action: list[str], left: str
+def test_a_stopped_command_reports_the_remaining_work(
+    robot: Robot, tmp_path: Path, capsys: Captured, action: list[str], remaining: str
 ) -> None:
     file = tmp_path / "a.toml"
     file.write_text("[points.1]\npulses = [1]\n", encoding="utf-8")
     robot().lost_after_us = 400_000
     assert main(["points", action[0], "h", str(file), *action[1:]]) == 1
-    assert capsys.readouterr().err.endswith(f"no packets arrive any more; {left}\n")
+    assert capsys.readouterr().err.endswith(f"no packets arrive any more; {remaining}\n")
 
 
-def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    """A connection that cannot be opened is bad input, like an address without a device."""
+def test_a_connection_that_cannot_be_opened_exits_with_2(
+    robot: Robot, tmp_path: Path, capsys: Captured
+) -> None:
+    """If the connection cannot be opened, the exit code is 2, as for bad input."""
     line = robot()
     line.happen("", "power_off")
     assert main(_backup(tmp_path / "a.toml")) == 2
@@ -277,7 +285,7 @@ def test_a_missing_connection_is_not_lost(robot: Robot, tmp_path: Path, capsys: 
 
 
 def test_the_longest_wait_is_an_option(robot: Robot, tmp_path: Path, capsys: Captured) -> None:
-    """Source: guide 1.1, note: a command is held until its end."""
+    """`--timeout` sets the longest wait for a command. Source: guide 1.1, note."""
     robot(RobotConfig(command_delay=3_500.0))
     options = ["--numbers", "0-1", "--timeout", "3s"]
     assert main([*_backup(tmp_path / "a.toml"), *options]) == 1
@@ -318,7 +326,7 @@ def test_hands_of_other_robots_are_backed_up_on_request(robot: Robot, tmp_path: 
         (["compare", "--kind", "hands"], "points.toml"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_bad_input_is_reported_in_one_line(
     arguments: list[str],
     message: str,
     capsys: Captured,
@@ -338,7 +346,9 @@ def test_bad_input_is_one_line(
 
 @pytest.mark.exhaustive
 def test_a_backup_is_restored_over_the_network(tmp_path: Path, capsys: Captured) -> None:
-    """The data of each command reach the controller before its code.
+    """A backup of one controller is restored to another one over EtherNet/IP.
+
+    The trace shows that the data of each command reach the controller before the code.
 
     Source: manual chapter 3, 2: commands travel in the cyclic areas; guide 2, steps 1 and 2.
     """
@@ -366,6 +376,6 @@ def test_a_backup_is_restored_over_the_network(tmp_path: Path, capsys: Captured)
     assert [one.together for one in judged.followers.values()] == [0]
 
 
-def test_a_controller_that_is_not_there_is_one_line(tmp_path: Path, capsys: Captured) -> None:
+def test_a_missing_controller_is_reported_in_one_line(tmp_path: Path, capsys: Captured) -> None:
     assert main(["points", "backup", "127.0.0.1", str(tmp_path / "a"), "--port", "1"]) == 2
     assert capsys.readouterr().err.count("\n") == 1

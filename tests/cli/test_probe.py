@@ -1,4 +1,4 @@
-"""`rcx probe` asks for confirmations, writes files, and works with `rcx serve`."""
+"""`rcx probe` asks for confirmation of each step, writes a report, and works with `rcx serve`."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class _Terminal:
 
 @pytest.fixture
 def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
-    """Replace the network by a virtual controller."""
+    """Replace the network by a virtual controller, and return the line to it."""
     made = StationLine(RobotConfig())
     monkeypatch.setattr(cli, "NetworkLine", lambda *_: made)
     return made
@@ -37,7 +37,7 @@ def line(monkeypatch: pytest.MonkeyPatch) -> StationLine:
 
 @pytest.fixture
 def types(monkeypatch: pytest.MonkeyPatch) -> Callable[..., list[str]]:
-    """Simulate a user who types these words and then only Enter."""
+    """Return a function that simulates a user who types the given words, then only Enter."""
 
     def typing(*words: str) -> list[str]:
         left, asked = list(words), []
@@ -63,7 +63,7 @@ def test_the_list_has_every_question_and_sends_nothing(capsys: Captured) -> None
     assert "free-axes              The test would set an axis free, and the axis may fall." in out
 
 
-def test_only_confirmed_steps_are_asked(
+def test_only_confirmed_steps_are_performed(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     asked = types("yes", "y", "n")
@@ -85,7 +85,7 @@ def test_only_confirmed_steps_are_asked(
     assert "already exists; name another file with --out" in capsys.readouterr().err
 
 
-def test_motion_takes_the_word_move_for_each_step(
+def test_each_step_with_motion_needs_the_word_move(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path
 ) -> None:
     types("yes", "y")
@@ -100,7 +100,7 @@ def test_motion_takes_the_word_move_for_each_step(
     assert line.controller.machine.data.accumulated.motor_power_on_count == 1
 
 
-def test_without_agreement_nothing_is_done(
+def test_without_a_confirmation_nothing_is_done(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     types("no")
@@ -110,7 +110,7 @@ def test_without_agreement_nothing_is_done(
     assert not line.closed
 
 
-def test_ctrl_c_ends_it_with_a_report_and_130(
+def test_ctrl_c_ends_the_probe_with_a_report_and_130(
     line: StationLine, types: Callable[..., list[str]], tmp_path: Path, capsys: Captured
 ) -> None:
     types("yes", "y", "^C")
@@ -146,7 +146,7 @@ def test_a_refuted_rule_is_exit_code_1(
         (["h"], "each step must be confirmed at a terminal, and there is none; use --yes-reading"),
     ],
 )
-def test_bad_input_is_one_line(
+def test_bad_input_is_reported_in_one_line(
     arguments: list[str], message: str, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(sys, "stdin", _Terminal(somebody=False))

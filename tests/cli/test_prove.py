@@ -48,13 +48,13 @@ def test_a_program_that_is_proved_ends_with_0(lamp: Path, capsys: Captured) -> N
     assert main(["prove", str(lamp), "--json", "out/it.json"]) == 0
 
 
-def test_a_run_that_breaks_it_is_written_and_ends_with_1(lamp: Path, capsys: Captured) -> None:
+def test_a_counterexample_is_written_and_ends_with_1(lamp: Path, capsys: Captured) -> None:
     lamp.write_text(PROGRAM.format(red="Button"))
     assert main(["prove", str(lamp)]) == 1
     said = capsys.readouterr().out
     assert "refuted: assert Lamp.st:8: after 1 scans of 10 ms" in said
     command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
-    assert main(command.split()[1:]) == 0  # only the prover reads an assertion in a comment
+    assert main(command.split()[1:]) == 0  # only `rcx prove` reads an assertion in a comment
 
 
 @pytest.mark.parametrize(
@@ -76,7 +76,7 @@ def test_bad_input_ends_with_2(
     assert lamp.read_text() == before
 
 
-def test_without_the_solver_it_says_how_to_get_it(
+def test_a_missing_solver_is_reported_with_the_install_command(
     lamp: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setitem(sys.modules, "z3", None)

@@ -1,4 +1,4 @@
-"""`rcx record` calls Wireshark's tools, and reports what is missing."""
+"""`rcx record` captures packets with Wireshark's tools, and reports missing tools."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from rcx_harness.cli.app import main
 
 Captured = pytest.CaptureFixture[str]
 
-#: A replacement for dumpcap. It records its arguments, and writes the file that follows `-w`.
+#: A replacement for dumpcap. It records its arguments, and writes the file named after `-w`.
 TOOL = """#!/bin/sh
 printf '%s\\n' "$@" > "$(dirname "$0")/called"
 [ "$1" = -D ] && { echo '1. eth0'; echo '2. lo (Loopback)'; exit 0; }
@@ -39,7 +39,7 @@ def tools(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def test_both_ports_are_captured_with_vlan(tools: Path, tmp_path: Path, capsys: Captured) -> None:
-    """EtherNet/IP uses the ports 44818 and 2222 (volume 2, chapter 2)."""
+    """The capture filter has both EtherNet/IP ports (volume 2, chapter 2), also with VLAN tags."""
     file = tmp_path / "cell.pcapng"
     assert main(["record", str(file), "--interface", "eth0", "--for", "1.5s"]) == 0
     wanted = "(tcp port 44818 or udp port 2222)"
@@ -53,12 +53,12 @@ def test_both_ports_are_captured_with_vlan(tools: Path, tmp_path: Path, capsys: 
 @pytest.mark.exhaustive(but=["INT"])
 @pytest.mark.parametrize("number", ["INT", "TERM", "HUP"])
 @pytest.mark.usefixtures("tools")
-def test_whatever_ends_it_ends_the_capture_which_is_kept(
+def test_a_signal_ends_the_capture_and_keeps_its_file(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, number: str
 ) -> None:
-    """The replacement for dumpcap signals the command, and then captures without end.
+    """A signal to the command ends dumpcap, and the capture stays. The test's dumpcap never ends.
 
-    Source: a defect report: SIGTERM left dumpcap capturing.
+    Before a correction, dumpcap continued after SIGTERM.
     """
     monkeypatch.setenv("SENDS", number)
     monkeypatch.setenv("TO", str(os.getpid()))
@@ -85,14 +85,14 @@ def test_hosts_and_ports_can_be_chosen(tools: Path, tmp_path: Path) -> None:
     ],
 )
 @pytest.mark.usefixtures("tools")
-def test_a_failed_capture_says_why(
+def test_a_failed_capture_is_reported_with_its_reason(
     tmp_path: Path, capsys: Captured, options: list[str], message: str
 ) -> None:
     assert main(["record", str(tmp_path / "cell.pcapng"), *options]) == 2
     assert message in capsys.readouterr().err
 
 
-def test_without_the_tools_it_says_what_to_install(
+def test_missing_tools_are_reported_with_their_name(
     tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setenv("PATH", str(tmp_path))
@@ -101,7 +101,7 @@ def test_without_the_tools_it_says_what_to_install(
 
 
 @pytest.mark.usefixtures("tools")
-def test_a_capture_that_is_there_stays(tmp_path: Path, capsys: Captured) -> None:
+def test_an_existing_capture_is_not_overwritten(tmp_path: Path, capsys: Captured) -> None:
     file = tmp_path / "cell.pcapng"
     file.write_text("an hour of work")
     assert main(["record", str(file), "--interface", "eth0"]) == 2

@@ -1,4 +1,4 @@
-"""`rcx run` prints, writes and ends as its help says."""
+"""`rcx run` prints its results, writes its outputs, and ends with the exit codes of its help."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def program(repository: Path) -> Path:
 
 @pytest.fixture
 def run(program: Path, tmp_path: Path) -> Run:
-    """Return a function that runs a program which writes the area itself, without a library."""
+    """Return a function that runs a program without blocks. The program writes the area itself."""
     lib = tmp_path / "lib"
     lib.mkdir()
 
@@ -54,7 +54,7 @@ def test_a_run_without_a_violation_ends_with_0(run: Run, capsys: Captured) -> No
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 @pytest.mark.parametrize("options", [(), ("--realtime",)])
-def test_a_network_whose_adapter_dies_ends_the_run_with_1_and_one_line(
+def test_a_killed_adapter_process_ends_the_run_with_1_and_one_line(
     run: Run, monkeypatch: pytest.MonkeyPatch, capsys: Captured, options: tuple[str, ...]
 ) -> None:
     made: list[Adapter] = []
@@ -106,7 +106,7 @@ def test_trace_chart_and_wave_are_written(run: Run, tmp_path: Path, capsys: Capt
 
 
 def test_watched_variables_are_printed_at_the_end(run: Run, capsys: Captured) -> None:
-    """The program runs without a stimulus. It counts 30 scans, and all other variables are 0."""
+    """After the run, the watched variables and their last values are printed."""
     assert run("--for", "300ms", "--watch", "Main.Bits?,Main.Scans", "--watch", "Main.Con*") == 0
     assert capsys.readouterr().out.splitlines()[:-1] == [
         "watched, at the end:",
@@ -224,7 +224,7 @@ def test_a_file_that_no_run_has_written_is_not_overwritten(
     assert not any((tmp_path / one).exists() for one in others)
 
 
-def test_a_run_writes_over_its_own_outputs_and_over_empty_files(run: Run, tmp_path: Path) -> None:
+def test_a_run_overwrites_its_own_outputs_and_empty_files(run: Run, tmp_path: Path) -> None:
     files = [tmp_path / kind for kind in ("trace", "chart", "vcd")]
     options = [f"--{file.name}={file}" for file in files]
     for file in files:
@@ -245,8 +245,8 @@ def test_an_entry_after_the_end_is_reported(run: Run, tmp_path: Path, capsys: Ca
     assert capsys.readouterr().out.splitlines()[0] == told
 
 
-def test_files_of_other_tools_in_a_folder_are_no_part_of_the_program(tmp_path: Path) -> None:
-    """The folder of the program itself may be inside a folder with such a name."""
+def test_files_of_other_tools_are_not_part_of_the_program(tmp_path: Path) -> None:
+    """Folders such as .venv are ignored inside a program folder, but not above it."""
     folder = tmp_path / ".hidden" / "site-packages" / "cell"
     places = (".venv/lib/a.st", "site-packages/b.st", "__pycache__/c.st", ".#d.st", "plc/e.st")
     for place in (*places, "f.st"):
@@ -280,8 +280,8 @@ def test_the_help_names_both_defaults_of_the_time_out(
         assert real.of_cell()["timeout"] == real_us
 
 
-def test_every_option_goes_where_it_is_meant_for() -> None:
-    """`Cell.build` receives each option under its own name, or the run itself uses it.
+def test_every_option_is_used_by_the_cell_or_by_the_run() -> None:
+    """Each option is an argument of `Cell.build` with the same name, or is used by the run itself.
 
     Source: RunOptions.
     """
@@ -300,13 +300,15 @@ def test_every_option_goes_where_it_is_meant_for() -> None:
     assert arguments["watch"] == ["Main.X"]
 
 
-def test_two_outputs_cannot_be_one_file(run: Run, tmp_path: Path, capsys: Captured) -> None:
+def test_two_outputs_cannot_have_the_same_file(run: Run, tmp_path: Path, capsys: Captured) -> None:
     file = str(tmp_path / "x")
     assert run("--for", "100ms", "--trace", file, "--vcd", file) == 2
     assert "is named for two outputs" in capsys.readouterr().err
 
 
-def test_a_mistake_in_the_source_has_file_and_line(tmp_path: Path, capsys: Captured) -> None:
+def test_a_mistake_in_the_source_is_reported_with_file_and_line(
+    tmp_path: Path, capsys: Captured
+) -> None:
     file = tmp_path / "Wrong.st"
     file.write_text("PROGRAM Wrong\n  VAR\n    a : BOOL;\n  END_VAR\n  a := 5;\nEND_PROGRAM\n")
     assert main(["run", str(file), "--engine", "builtin"]) == 2

@@ -1,4 +1,4 @@
-"""`rcx run --coverage` as a user types it."""
+"""`rcx run --coverage` prints the coverage, writes a report, and sets the exit code."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _BLOCK = "FUNCTION_BLOCK FB_Blink\n  VAR k : INT; END_VAR\n  k := k + 1;\nEND_FU
 
 @pytest.fixture
 def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
-    """Return a function that runs Lamp.st with FB_Blink.st as its library, in their folder."""
+    """Return a function that runs Lamp.st. The library contains only FB_Blink.st."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "120")
     (tmp_path / "Lamp.st").write_text(_PROGRAM)
@@ -44,8 +44,8 @@ def run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Run:
     return run
 
 
-def test_a_run_tells_its_coverage_and_writes_the_report(run: Run, capsys: Captured) -> None:
-    """In 40 scans the second condition is never evaluated."""
+def test_a_run_prints_its_coverage_and_writes_the_report(run: Run, capsys: Captured) -> None:
+    """The printed coverage is 66.6 %, because 40 scans never evaluate the second condition."""
     assert run("--for", "400ms", "--coverage") == 0
     out = re.sub(" +", " ", capsys.readouterr().out)
     assert "coverage is counted: running on the built-in engine\n" in out
@@ -65,7 +65,7 @@ def test_the_demanded_coverage_decides_the_exit_code(run: Run, capsys: Captured)
     assert "66.6 %, FAIL: at least 100 % is demanded" in capsys.readouterr().out
 
 
-def test_the_library_counts_on_request(run: Run, capsys: Captured) -> None:
+def test_the_library_is_counted_on_request(run: Run, capsys: Captured) -> None:
     assert run("--for", "50ms", "--coverage", "--coverage-out=cov", "--coverage-library") == 0
     assert "lib/FB_Blink.st" in capsys.readouterr().out
     assert Path("cov/lib-FB_Blink.html").is_file()
@@ -115,10 +115,14 @@ def test_a_source_changed_during_the_run_is_reported(
     assert "Lamp.st was changed since it was compiled: run again" in capsys.readouterr().out
 
 
-def test_robot_programs_count_and_the_trace_is_the_same(
+def test_robot_programs_are_counted_and_the_trace_does_not_change(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """PLACE.PGM has 24 lines with statements. Place 7 (lines 12, 29 and 30) is never requested."""
+    """The coverage contains the robot program PLACE.PGM, and the trace does not change.
+
+    PLACE.PGM has 24 lines with statements. Lines 12, 29 and 30 are for place 7, which is never
+    requested.
+    """
     monkeypatch.chdir(tmp_path)
     monkeypatch.setenv("COLUMNS", "120")
     for file in (ROOT / "tests/data/robot_programs").glob("*.*"):

@@ -1,4 +1,4 @@
-"""`rcx run` with a robot program that stops with an error."""
+"""`rcx run` reports a robot program that stops with an error."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FOLDER = ROOT / "tests/data/robot_programs"
 def test_an_error_of_a_robot_program_is_shown_with_its_line(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Point 77 does not exist, which is alarm 6.204. The exit code is 1, as for a violation."""
+    """A missing point stops the robot program with alarm 6.204, and the exit code is 1."""
     (tmp_path / "BAD.PGM").write_text("WAIT SI(20)=1\nMOVE P,P77\n")
     (tmp_path / "robot.toml").write_text('[[programs]]\nfile = "BAD.PGM"\n')
     files = [str(FOLDER / "Supervisor.st"), f"--robot={tmp_path / 'robot.toml'}"]
@@ -37,10 +37,13 @@ def test_a_wrong_robot_program_is_refused_before_the_run(
     assert f"{tmp_path / 'BAD.PGM'}:2: there is no label *NOWHERE" in capsys.readouterr().err
 
 
-def test_a_loop_in_which_no_time_passes_is_named_and_the_run_goes_on(
+def test_a_loop_without_a_wait_is_reported_and_the_run_continues(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The program starts at 1.8 s, so that 140 cycles remain."""
+    """A loop without a wait is reported with its line, and the run continues to its end.
+
+    The program starts at 1.8 s, so 140 cycles remain.
+    """
     (tmp_path / "BUSY.PGM").write_text("*L:\nIF SI(27)=1 THEN *E\nSGI0=SGI0+1\nGOTO *L\n*E: HALT\n")
     (tmp_path / "robot.toml").write_text('[[programs]]\nfile = "BUSY.PGM"\n')
     files = [str(FOLDER / "Supervisor.st"), f"--robot={tmp_path / 'robot.toml'}"]
@@ -48,17 +51,17 @@ def test_a_loop_in_which_no_time_passes_is_named_and_the_run_goes_on(
     assert main(["run", *files, stimulus, "--engine=builtin", "--for=2500ms"]) == 0
     shown = capsys.readouterr().out
     assert re.search(
-        r"robot program BUSY: no time passes in a loop at line [234]; it has used all its 100 "
-        r"statements in 1[34]\d cycles; add a WAIT or a DELAY",
+        r"robot program BUSY: the loop at line [234] takes no time: 1[34]\d cycles ended at the "
+        r"limit of 100 statements; add a WAIT or a DELAY",
         shown,
     )
     assert "500 controller cycles" in shown
 
 
-def test_an_alarm_that_a_stimulus_has_raised_is_no_error_of_the_program(
+def test_an_alarm_from_a_stimulus_is_not_an_error_of_the_program(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A serious alarm stops the movement at 2.2 s. The exit code is 0."""
+    """If a stimulus raises an alarm that stops the robot program, the exit code is 0."""
     (tmp_path / "GO.PGM").write_text("MOVE P,100.0 0 0 0 0 0,S=5\n")
     (tmp_path / "robot.toml").write_text('[[programs]]\nfile = "GO.PGM"\n')
     text = (FOLDER / "stimulus.toml").read_text()

@@ -1,4 +1,4 @@
-"""The start of a command: it imports only the modules that it needs."""
+"""A command imports only the modules that it needs, and its help is complete."""
 
 from __future__ import annotations
 
@@ -16,8 +16,8 @@ from imports import PACKAGES
 from rcx_harness.cli.app import COMMANDS, OPTION_PANELS, PANELS, Later, app, home_of, main
 from structured_text.engines.matiec.build import find_matiec
 
-#: Script that runs commands in turn. After each it prints the exit code and the newly imported
-#: modules.
+#: A script that runs commands one after the other. After each command it prints the exit code and
+#: the newly imported modules.
 _RUN = """
 import contextlib, io, json, sys
 report = []
@@ -29,7 +29,7 @@ for words in json.loads(sys.argv[1]):
     report.append([code, sorted(set(sys.modules) - before)])
 print(json.dumps(report))
 """
-#: Modules that take 0.1 s or more to import, and that none of these commands needs.
+#: Modules that need 0.1 s or more for their import, and that the tested commands must not import.
 _SLOW_IMPORTS = {
     "asyncio",
     "cpppo",
@@ -44,7 +44,7 @@ _SLOW_IMPORTS |= {"aiohttp", "pymodbus", "pydantic", "http.server"}
 
 
 def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
-    """Return for each command the modules that it imports and earlier commands did not import."""
+    """Run commands in one process, and return the modules that each command imports first."""
     done = subprocess.run([sys.executable, "-c", _RUN, json.dumps(commands)], capture_output=True,
                           text=True, check=True, env={**os.environ, **environment})  # fmt: skip
     report = json.loads(done.stdout)
@@ -52,24 +52,24 @@ def _imported(*commands: list[str], **environment: str) -> list[set[str]]:
     return [set(modules) for _, modules in report]
 
 
-#: Packages that measure and prove programs.
+#: Packages of structured_text that measure, prove or debug programs.
 _MEASURES = ("coverage", "mutants", "prove", "explore", "debug", "farm")
 
 
 def _loaded(*modules: str) -> set[str]:
-    """Return the modules in a process that imports these modules."""
+    """Import the given modules in a new process, and return all modules that it has imported."""
     code = f"import sys, {', '.join(modules)}; print(*sys.modules)"
     done = subprocess.run([sys.executable, "-c", code], stdout=subprocess.PIPE, check=True)
     return set(done.stdout.decode().split())
 
 
 def _below(modules: set[str], *names: str) -> set[str]:
-    """Return those modules that are one of the packages, or are inside one."""
+    """Return the modules that belong to one of the packages `names`."""
     return {one for one in modules if any(f"{one}.".startswith(f"{name}.") for name in names)}
 
 
 def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
-    """Each module that is checked below takes 10 to 300 ms of every start."""
+    """Commands do not import modules that they do not need; each would cost 10 to 300 ms."""
     example = repository / "plc" / "examples" / "01_power_up"
     version, helped, codec, check, run = _imported(
         ["--version"],
@@ -88,7 +88,7 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
     rooms = ("robot", "enip", "trace", "look", "serve", "verify", "bridge", "new", "testing")
     engines = ["engines.load", "engines.builtin", "engines.strucpp", "export.targets"]
     engines += _MEASURES
-    if find_matiec() is None:  # the check uses an installed matiec
+    if find_matiec() is None:  # if matiec is installed, `rcx check` imports its engine
         engines.append("engines.matiec.program")
     cells = ("cell.cell", "cell.node")
     assert not _below(check, *(f"rcx_harness.{one}" for one in (*rooms, *cells)))
@@ -101,11 +101,13 @@ def test_a_command_imports_only_what_it_needs(repository: Path) -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_path: Path) -> None:
-    """The compiled program is cached, because compiling takes a fifth of the time of a start."""
+def test_a_second_run_of_a_program_does_not_import_the_front_end(
+    repository: Path, tmp_path: Path
+) -> None:
+    """A second run uses the cached program, so it does not import the front end."""
     example = repository / "plc" / "examples" / "01_power_up"
     words = ["run", str(example), "--robot", str(example / "robot.toml"), "--for", "10ms"]
-    # Temporary files are not cached, and this repository may be a temporary clone.
+    # Programs in the temporary folder are not cached, and this repository may be in that folder.
     kept = {"TMPDIR": str(tmp_path), "XDG_CACHE_HOME": str(tmp_path), "RCX_CACHE": "on"}
     _imported(words, **kept)
     (again,) = _imported(words, **kept)
@@ -116,8 +118,11 @@ def test_a_program_that_was_run_before_needs_no_front_end(repository: Path, tmp_
     assert not _below(again, *(f"structured_text.{one}" for one in others))
 
 
-def test_a_served_controller_has_in_memory_only_what_it_needs() -> None:
-    """Source: timing.md: every process of rcx serve has imported modules in its own memory."""
+def test_the_processes_of_a_served_controller_import_only_what_they_need() -> None:
+    """The processes of `rcx serve` import only what they need, to save memory.
+
+    Source: timing.md.
+    """
     parent = _loaded(*(f"rcx_harness.cli.{one}" for one in ("start", "app", "serve")))
     found = _loaded("rcx_harness.serve.station_process")
     of_programs = ("language.load", "engines.load", "engines.builtin", "export")
@@ -141,15 +146,15 @@ def test_a_command_is_listed_with_the_first_sentence_of_its_docstring(name: str)
     assert function.rstrip("_") == name
 
 
-def test_the_list_of_commands_gives_each_sentence_whole(capsys: pytest.CaptureFixture[str]) -> None:
-    """A sentence that is cut off does not explain the command."""
+def test_the_list_of_commands_has_complete_sentences(capsys: pytest.CaptureFixture[str]) -> None:
+    """`rcx --help` shows the whole sentence of each command, without a cut."""
     assert main(["--help"]) == 0
     said = " ".join(capsys.readouterr().out.split())
     assert [name for name, first in COMMANDS.items() if f"{name} {first}" not in said] == []
 
 
 def test_each_command_is_in_one_of_five_panels(capsys: pytest.CaptureFixture[str]) -> None:
-    """The help has five headings. Commands without a panel would be under `Commands:`."""
+    """`rcx --help` lists each command under one of five headings, and none under `Commands:`."""
     assert main(["--help"]) == 0
     shown: dict[str, list[str]] = {}
     for line in capsys.readouterr().out.splitlines():
@@ -163,10 +168,10 @@ def test_each_command_is_in_one_of_five_panels(capsys: pytest.CaptureFixture[str
     assert sorted(name for names in shown.values() for name in names) == sorted(app.commands)
 
 
-def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
-    """At most 15 options have no panel, as long lists are hard to search.
+def test_a_command_with_many_options_has_panels_for_rare_options() -> None:
+    """At most 15 options of a command have no panel, because long lists are hard to search.
 
-    Each name in the table of panels is used.
+    Each name in OPTION_PANELS is the name of an option.
     """
     rare = {name for names in OPTION_PANELS.values() for name in names.split()}
     seen: set[str] = set()
@@ -184,7 +189,7 @@ def test_a_command_with_many_options_shows_the_rare_ones_in_panels() -> None:
 @pytest.mark.exhaustive(but=["", "run", "check", "test", "serve"])
 @pytest.mark.parametrize("words", [[], *([name] for name in COMMANDS)], ids=" ".join)
 def test_h_is_short_for_help(words: list[str], capsys: pytest.CaptureFixture[str]) -> None:
-    """Most commands of a shell accept -h."""
+    """The options -h and --help print the same text."""
     shown = []
     for option in ("--help", "-h"):
         assert main([*words, option]) == 0
@@ -193,8 +198,8 @@ def test_h_is_short_for_help(words: list[str], capsys: pytest.CaptureFixture[str
     assert shown[0] == shown[1]
 
 
-def test_every_command_of_the_folder_is_in_the_table() -> None:
-    """A module of `cli` that contains a function with the name of the module is a command."""
+def test_every_command_is_in_the_table_of_commands() -> None:
+    """The table COMMANDS contains each module of `cli` that has a function with its own name."""
     folder = Path(str(sys.modules["rcx_harness.cli.app"].__file__)).parent
     found = set()
     for file in folder.glob("[a-z]*.py"):
@@ -207,8 +212,8 @@ def test_every_command_of_the_folder_is_in_the_table() -> None:
     assert [*app.commands] == [*COMMANDS]
 
 
-def test_help_ends_with_what_its_module_adds(capsys: pytest.CaptureFixture[str]) -> None:
-    """`rcx export --help` ends with the targets, `rcx run --help` with the events."""
+def test_the_help_ends_with_the_additional_lists(capsys: pytest.CaptureFixture[str]) -> None:
+    """`rcx export --help` ends with the list of targets, `rcx run --help` with the events."""
     assert main(["export", "--help"]) == 0
     assert "Targets:" in capsys.readouterr().out.partition("--force")[2]
     assert main(["run", "--help"]) == 0

@@ -1,4 +1,4 @@
-"""`rcx view` and `rcx run --view` write pages, choose their paths, and refuse bad input."""
+"""`rcx view` and `rcx run --view` write HTML pages, and reject bad input."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ _LINES = _HEAD + _FIRST + f'{{"t_us":10000,"scan":1,"so":"{_AREA}","si":"{_ON}"}
 
 @pytest.fixture
 def trace(tmp_path: Path) -> Path:
-    """Return a trace in which SI(00) and SI(06) go ON at 10 ms."""
+    """Return a trace file in which SI(00) and SI(06) turn ON at 10 ms."""
     file = tmp_path / "run.jsonl"
     file.write_text(_LINES, encoding="utf-8")
     return file
 
 
 def _story() -> Story:
-    """Return a capture with SI(00) ON at 200 ms and SI(06) ON 50 ms later.
+    """Return a capture in which SI(00) turns ON at 200 ms, and SI(06) only 50 ms later.
 
-    This is too early (chapter 5, 3).
+    The manual demands 100 ms between the two changes (chapter 5, 3).
     """
     story = Story()
     story.open(0)
@@ -55,7 +55,7 @@ def test_the_page_is_written_beside_the_trace(trace: Path, capsys: Captured) -> 
     assert changes == [(-1, 0), (10_000, 1)]
 
 
-def test_an_older_page_is_written_anew(trace: Path, tmp_path: Path, capsys: Captured) -> None:
+def test_an_older_page_is_overwritten(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     page = tmp_path / "mine" / "page.html"
     for _ in range(2):
         assert main(["view", str(trace), "-o", str(page)]) == 0
@@ -71,20 +71,20 @@ def test_an_older_page_is_written_anew(trace: Path, tmp_path: Path, capsys: Capt
     assert trace.read_text(encoding="utf-8") == _LINES
 
 
-@pytest.mark.parametrize("there", [True, False])
+@pytest.mark.parametrize("has_browser", [True, False])
 def test_the_page_opens_in_the_browser(
-    trace: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, there: bool
+    trace: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch, has_browser: bool
 ) -> None:
     opened: list[str] = []
 
     def instead(address: str) -> bool:
         opened.append(address)
-        return there
+        return has_browser
 
     monkeypatch.setattr(webbrowser, "open", instead)
     assert main(["view", str(trace), "--open"]) == 0
     assert opened == [trace.with_name("run.html").as_uri()]
-    assert ("no browser was found" in capsys.readouterr().err) is not there
+    assert ("no browser was found" in capsys.readouterr().err) is not has_browser
 
 
 def test_a_capture_is_judged_first(tmp_path: Path, capsys: Captured) -> None:
@@ -97,7 +97,7 @@ def test_a_capture_is_judged_first(tmp_path: Path, capsys: Captured) -> None:
     assert "interval: SI(06) ON only 50 ms after SI(00) ON" in text
 
 
-def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) -> None:
+def test_a_capture_that_is_cut_off_is_shown_up_to_its_end(tmp_path: Path, capsys: Captured) -> None:
     capture = pcap(tmp_path / "cell.pcap", _story().frames())
     capture.write_bytes(capture.read_bytes()[:-20])
     assert main(["view", str(capture)]) == 2
@@ -107,8 +107,8 @@ def test_a_cut_capture_is_shown_up_to_the_cut(tmp_path: Path, capsys: Captured) 
     assert _page(tmp_path / "cell.html").table["broken"] == 1
 
 
-def test_a_recording_of_rcx_scan_is_judged_too(tmp_path: Path) -> None:
-    """Both inputs change in one scan, which breaks a rule (manual chapter 5, 3, caution)."""
+def test_a_recording_of_rcx_scan_is_judged(tmp_path: Path) -> None:
+    """The page shows that two inputs change in one scan, which breaks a rule (chapter 5, 3)."""
     trace = tmp_path / "scan.jsonl"
     ready = "00" * 32 + "1201" + "00" * 14
     lines = [_HEAD.replace("}", ',"by":"rcx scan"}').strip()]
@@ -150,7 +150,7 @@ def test_an_unfinished_trace_is_shown_up_to_its_end(trace: Path, capsys: Capture
         ),
     ],
 )
-def test_a_wrong_recording_is_one_line_and_no_page(
+def test_an_invalid_recording_is_one_line_and_no_page(
     tmp_path: Path, capsys: Captured, content: bytes, message: str
 ) -> None:
     file = tmp_path / "run.jsonl"
@@ -162,18 +162,18 @@ def test_a_wrong_recording_is_one_line_and_no_page(
     assert [one.name for one in tmp_path.iterdir()] == ["run.jsonl"]
 
 
-def test_a_missing_recording_is_one_line(tmp_path: Path, capsys: Captured) -> None:
+def test_a_missing_recording_is_reported_in_one_line(tmp_path: Path, capsys: Captured) -> None:
     for name in ("nothing.jsonl", "."):
         assert main(["view", str(tmp_path / name), "-o", str(tmp_path / "page.html")]) == 2
         assert re.search("cannot be read|is a folder, not a file", capsys.readouterr().err)
 
 
-def test_a_run_writes_the_page_that_its_trace_gives(
+def test_a_run_writes_the_page_of_its_trace(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The page has the same content as the page of the trace.
+    """`rcx run --view` writes the page that `rcx view` writes from the trace of the run.
 
-    Its title is the title of the run's charts.
+    Only the titles of the pages differ.
     """
     example = repository / "plc/examples/04_pick_and_place"
     trace, page = tmp_path / "t.jsonl", tmp_path / "run.html"

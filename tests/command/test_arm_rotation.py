@@ -1,4 +1,4 @@
-"""An answer has four bits for the arm rotation, but the manual lists only three patterns."""
+"""Blocks read the arm rotation from four bits, of which the manual lists only three patterns."""
 
 from __future__ import annotations
 
@@ -7,15 +7,14 @@ import pytest
 from both_engines import ENGINES
 from command_bench import bench_of
 
-#: Patterns in the tables. Only section 4.3.1, for a definition, explains the other patterns: they
-#: mean 0.
+#: Patterns in the tables of the guide, and their values. Section 4.3.1 says that all others mean 0.
 _LISTED = {0b0000: 0, 0b0001: 1, 0b1111: -1}
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("name", ["FB_ReadPoint", "FB_ReadPositionMm"])
-def test_arm_rotation_is_minus_one_to_one_whatever_the_answer_has(name: str, engine: str) -> None:
-    """Bits 6 to 3 of m+6 are arm 1, bits 10 to 7 arm 2. The test tries all patterns of both.
+def test_every_answer_gives_an_arm_rotation_of_minus_one_to_one(name: str, engine: str) -> None:
+    """All patterns of bits 6 to 3 (arm 1) and bits 10 to 7 (arm 2) of m+6 give -1, 0 or 1.
 
     Source: remote command guide 4.3.1 (reference) and 4.7.4 (millimetres), tables of xr and yr.
     """

@@ -1,8 +1,8 @@
-"""Each command block agrees with its pins in spec/blocks.toml.
+"""Each command block behaves as the description of its pins in spec/blocks.toml.
 
-The test plays the controller. It reads the meaning of the pins directly from the tables, without
-the generator (tests/support/block_pins and block_answers). Telegrams are decoded with
-spec/remote_commands.toml, which the guide's own examples confirm (test_worked_examples.py).
+The test simulates the controller. It does not use the generator of the blocks;
+tests/support/block_pins and block_answers read the tables directly. Telegrams are decoded with
+spec/remote_commands.toml, which test_worked_examples.py compares with the examples of the guide.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ pytestmark = [
     pytest.mark.parametrize("engine", ENGINES, scope="module"),
     pytest.mark.parametrize("name", list(BLOCKS), scope="module"),
 ]
-#: In the tests that take the most time, the quick tier only uses every second block.
+#: In the slowest tests, the quick run uses only every second block.
 _SOME = pytest.mark.exhaustive(but=[f"builtin-{name}" for name in list(BLOCKS)[::2]])
 
 _NOTHING = [0] * WORDS
 
-#: Field values that no pin can select, with the reason.
+#: Field values that no pin can select. The comments give the reasons.
 _UNREACHABLE = {
     "hand": {3: "none, as 0"},
     "data_number": {63: "several data at once", 15: "several data at once"},
 }
 
-#: Fields that a block leaves 0, because another block sets them.
+#: Fields that are always 0 in a block's telegram, because another block sets them.
 _ZERO = {
     "FB_ReadPositionPulses": ("continuous",),  # FB_ContinuousPosition
     "FB_ReadPositionMm": ("continuous",),
@@ -48,8 +48,8 @@ _ZERO = {
 }
 
 
-#: Blocks with a single value of a field, because other blocks send the others: method (guide
-#: 4.6.4).
+#: Blocks that send only one value of a field, because other blocks send the other values: method
+#: (guide 4.6.4).
 _ONLY_VALUES = {
     "FB_ReadProgramInfo": {"method": (1,)},
     "FB_ReadProgramInfoByTask": {"method": (2,)},
@@ -69,14 +69,14 @@ def reading(name: str) -> Reading:
 
 @pytest.fixture
 def chance(name: str) -> random.Random:
-    """Return a generator with the same numbers in every run."""
+    """Return a random generator that gives the same numbers in every run."""
     return random.Random(name)
 
 
 def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
-    """Return the request's fields, and check that all other bits are 0.
+    """Decode the fields of a telegram, and check that all other bits are 0.
 
-    A text includes the spaces that fill it. Words of 0 give an empty text.
+    A text includes its trailing spaces. Words of 0 give an empty text.
     """
     fields = command.decode(words)
     again = [0] * WORDS
@@ -93,7 +93,7 @@ def _read(command: Command, words: Sequence[int]) -> dict[str, FieldValue]:
 
 
 def _expected(reading: Reading, pins: Pins) -> dict[str, FieldValue]:
-    """Return the fields that the pins mean; a text is padded with spaces."""
+    """Return the field values that the pins must give. A text is padded with spaces."""
     fields = reading.fields(pins)
     for pin in reading.block.inputs:
         if pin.type == "STRING" and (not pin.when or fields[pin.when[0]] == pin.when[1]):
@@ -115,7 +115,7 @@ def _draws(reading: Reading, chance: random.Random, rounds: int = 20) -> Iterato
 
 
 def _another(reading: Reading, chance: random.Random, first: Pins) -> Pins:
-    """Return legal values that give a different telegram, if the block has such values."""
+    """Return pin values that give another telegram than `first`, if the block has such values."""
     draws = list(_draws(reading, chance))
     telegram = (reading.code(first), reading.fields(first))
     others = (one for one in draws if (reading.code(one), reading.fields(one)) != telegram)
@@ -123,7 +123,7 @@ def _another(reading: Reading, chance: random.Random, first: Pins) -> Pins:
 
 
 def test_the_pins_are_those_of_the_table(plc: CommandBench, reading: Reading) -> None:
-    """The test compares names, types and defaults, including the time limit."""
+    """Names, types and defaults of all pins, also of Timeout, are those of the table."""
     block = reading.block
     kind = plc.program.type_of(f"Main.{block.name.removeprefix('FB_')}Block")
     assert isinstance(kind, BlockType)
@@ -148,15 +148,15 @@ def test_the_pins_are_those_of_the_table(plc: CommandBench, reading: Reading) ->
 def test_a_block_with_its_defaults_sends_a_legal_command(
     plc: CommandBench, reading: Reading
 ) -> None:
-    """Source: design of the library, 3: defaults must form a legal command."""
+    """A block with its default inputs sends a legal command. Source: design of the library, 3."""
     pins = {pin.pin: reading.default(pin) for pin in reading.pins.values()}
     _check(reading, pins, plc.exchange({}))
 
 
-def test_the_telegram_has_what_the_pins_say(
+def test_the_telegram_has_the_values_of_the_pins(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Legal values are random. Pins that have no effect get any value."""
+    """Random legal pin values give the right telegram. Pins without an effect get random values."""
     for pins in _draws(reading, chance):
         _check(reading, pins, plc.exchange(pins))
 
@@ -165,7 +165,7 @@ def test_the_telegram_has_what_the_pins_say(
 def test_every_value_of_every_field_can_be_sent(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """The values are the limits of numbers, all listed values, and each flag set and not set."""
+    """The telegrams contain the limits of numbers, all listed values, and each flag ON and OFF."""
     command = reading.command
     codes = set()
     sent = []
@@ -185,12 +185,12 @@ def test_every_value_of_every_field_can_be_sent(
             continue
         seen = {fields[part.name] for fields in sent}
         never = set(_UNREACHABLE.get(part.name, ()))
-        assert len(seen) > 1, f"{part.name} is always the same"
+        assert len(seen) > 1, f"{part.name} never changes in the telegrams"
         assert {*part.values, *(part.range or ())} - never <= seen, part.name
         selectors = reading.requests[part.by].values if part.by else {}
         for selector, limits in part.ranges.items():
             if selectors and selector not in selectors:
-                continue  # another block sends it
+                continue  # another block sends this value
             there = {fields[part.name] for fields in sent if fields[part.by] == selector}
             assert part.type == "text" or {*limits} - never <= there, f"{part.name} of {selector}"
 
@@ -198,7 +198,10 @@ def test_every_value_of_every_field_can_be_sent(
 def test_illegal_pins_end_in_an_error_and_send_nothing(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Source: docs/reference/errors.md, 16#8040 to 16#8047."""
+    """An illegal input gives its ErrorID, and nothing is sent.
+
+    Source: docs/reference/errors.md, 16#8040 to 16#8047.
+    """
     for pins, error in reading.refused(chance):
         plc.set({**pins, "Execute": True})
         plc.scan()
@@ -220,14 +223,14 @@ def test_illegal_pins_end_in_an_error_and_send_nothing(
 def test_the_inputs_are_sampled_on_the_rising_edge(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """The pins change during the wait for the turn, during the command, and after its end."""
+    """Inputs that change after the rising edge have no effect on the command."""
     for _ in range(5):
         first = reading.draw(chance)
         other = _another(reading, chance, first)
         plc.answer(0x0200)
         plc.set({**first, "Execute": True})
         plc.scan(3)
-        assert plc.words[0] == 0, "the controller is not ready"
+        assert plc.words[0] == 0, "nothing may be sent before the ready status"
         assert plc.shown == ["Busy", "Active"]
         plc.set(other)
         plc.answer(0)
@@ -248,7 +251,10 @@ def test_the_inputs_are_sampled_on_the_rising_edge(
 def test_the_outputs_show_the_response(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """The inputs change before the end without effect. The outputs stay until the next end."""
+    """At a normal end the outputs show the response, and keep it until the next end.
+
+    The inputs change before the end, which has no effect.
+    """
     block = reading.block
     before = blank(block)
     for pins in _draws(reading, chance, 40):
@@ -273,7 +279,7 @@ def test_the_outputs_show_the_response(
 def test_an_abnormal_end_clears_the_outputs_and_shows_the_alarm(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Source: remote command guide 1.1: 0x4000, alarm group and alarm category."""
+    """After an abnormal end, only the alarm is shown. Source: remote command guide 1.1, 0x4000."""
     block = reading.block
     for group, category in ((12, 600), (12, 400), (2, 334)) * 4:
         got = answered(block, chance)
@@ -296,10 +302,13 @@ def _compare(plc: CommandBench, expected: Pins) -> None:
         assert same(got[name], value), f"{name} is {got[name]}, not {value}"
 
 
-def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
+def test_only_a_rising_edge_samples_the_inputs(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Source: design of the library, 3: inputs are sampled on the rising edge."""
+    """Only a rising edge while the block is not Busy samples the inputs.
+
+    Source: design of the library, 3.
+    """
     limits = [timedelta(seconds=number) for number in (11, 12, 13)]
     for first in _draws(reading, chance, 3):
         other = _another(reading, chance, first)
@@ -330,12 +339,12 @@ def test_the_inputs_are_encoded_once_by_the_rising_edge_alone(
             plc.finish()
 
 
-def test_an_edge_right_after_the_end_is_shown_is_taken(
+def test_an_edge_right_after_the_end_starts_the_block_again(
     plc: CommandBench, reading: Reading, chance: random.Random
 ) -> None:
-    """Execute falls before the end and rises again in the call after the end.
+    """Execute falls before the end, so Done is TRUE for one scan.
 
-    The end is shown for one scan.
+    Execute rises in the call after the end, and the block starts again.
     """
     first = reading.draw(chance)
     other = _another(reading, chance, first)
@@ -350,9 +359,10 @@ def test_an_edge_right_after_the_end_is_shown_is_taken(
 
 
 def _held(plc: CommandBench) -> Pins:
-    """Return the values that a block stores at the edge, or that it passes to its job."""
+    """Return the values that the block has stored at the edge, in itself and in its job."""
     kind = plc.program.type_of(f"Main.{plc.instance}")
     assert isinstance(kind, BlockType)
     own = [one.name for one in kind.variables if one.section == "VAR"]
-    kept = [name for name in own if name not in ("Job", "k", "Number")]  # these have an effect
+    # the omitted variables do not store inputs
+    kept = [name for name in own if name not in ("Job", "k", "Number")]
     return plc.pins([*kept, "Job.Holder", "Job.Trouble", "Job.Longest"])

@@ -1,4 +1,4 @@
-"""Command blocks wait for a command of another block, and do not use its answer."""
+"""A command block waits until another block's command ends, and does not use the other answer."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ from structured_text.output.units import parse_us
 
 
 @pytest.mark.parametrize("name", list(BLOCKS))
-def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> None:
-    """Source: design of the library, 3: sampled on the rising edge."""
+def test_a_waiting_block_sends_the_values_of_its_rising_edge(name: str) -> None:
+    """After the wait, the block sends the values of the rising edge.
+
+    Source: design of the library, 3.
+    """
     plc, chance = bench_of(name, "builtin"), random.Random(name)
     reading = Reading(BLOCKS[name])
     first = reading.draw(chance)
@@ -46,8 +49,8 @@ def test_what_was_asked_for_is_what_goes_out_when_the_turn_comes(name: str) -> N
     assert plc.pin("ErrorID") == 0x8011
 
 
-def test_an_edge_of_a_general_command_that_waits_is_nothing() -> None:
-    """Source: PLCopen: an edge while Busy is ignored."""
+def test_an_edge_while_the_block_waits_is_ignored() -> None:
+    """An edge of Execute while the block waits is ignored. Source: PLCopen, edge while Busy."""
     plc = bench_of("FB_ReadDate", "builtin")
     first = plc.send({})[0]
     for code, execute in ((0x0501, True), (0x0501, False), (0x0502, True), (0x0502, False)):
@@ -62,8 +65,11 @@ def test_an_edge_of_a_general_command_that_waits_is_nothing() -> None:
 
 
 @pytest.mark.parametrize("name", ["FB_ReadDate", "FB_ReadServoStatus", "FB_PalletMovePtp"])
-def test_done_is_shown_for_one_scan_where_execute_has_fallen(name: str) -> None:
-    """Source: design of the library, 3: Done at least one scan."""
+def test_done_is_shown_for_one_scan_if_execute_has_fallen(name: str) -> None:
+    """If Execute falls before the end, Done is TRUE for one scan.
+
+    Source: design of the library, 3.
+    """
     plc = bench_of(name, "builtin")
     plc.send({})
     plc.set({"Execute": False})
@@ -82,17 +88,23 @@ def test_done_is_shown_for_one_scan_where_execute_has_fallen(name: str) -> None:
         ("FB_ReadVariable", [0, 0xFFFF, 0, 7, 0], {"ValueInteger": 0, "ValueReal": 0.0}),
     ],
 )
-def test_a_kind_that_the_guide_does_not_have_shows_nothing(
+def test_an_unknown_value_in_the_answer_keeps_the_defaults(
     name: str, response: list[int], expected: Mapping[str, Value]
 ) -> None:
-    """Source: remote command guide 4.4.1, 4.7.7 and 4.7.17: values of the kinds."""
+    """If the answer has a value that the guide does not list, the outputs keep their defaults.
+
+    Source: remote command guide 4.4.1, 4.7.7 and 4.7.17.
+    """
     plc = bench_of(name, "builtin")
     plc.exchange({}, response)
     assert plc.pins(expected) == expected
 
 
-def test_an_abnormal_end_brings_no_servo_states() -> None:
-    """Source: remote command guide 1.1: 0x4000, alarm group and alarm category."""
+def test_an_abnormal_end_keeps_the_default_servo_states() -> None:
+    """After an abnormal end, the servo states keep their defaults.
+
+    The words of the answer are an alarm. Source: remote command guide 1.1, 0x4000.
+    """
     plc = bench_of("FB_ReadServoStatus", "builtin")
     plc.send({})
     plc.end(0x4000, [1, 1, 2, 9, 1, 2, 9])
@@ -102,7 +114,10 @@ def test_an_abnormal_end_brings_no_servo_states() -> None:
 
 @pytest.mark.parametrize("name", [k for k in BLOCKS if "Push" in k or "DriveDirect" in k])
 def test_a_direct_speed_of_less_than_a_hundredth_of_a_percent_is_refused(name: str) -> None:
-    """Source: remote command guide 4.2.3 and 4.2.23: 0.01 to 100 %."""
+    """A direct speed of 0.008 % is refused with 16#8042.
+
+    Source: guide 4.2.3, 4.2.23: 0.01 to 100 %.
+    """
     plc = bench_of(name, "builtin")
     plc.set({"SpeedMode": "SPEED_DIRECT", "Speed": 0.008, "Execute": True})
     plc.scan(2)
@@ -110,8 +125,11 @@ def test_a_direct_speed_of_less_than_a_hundredth_of_a_percent_is_refused(name: s
 
 
 @pytest.mark.parametrize("name", ["FB_AssignValue"])
-def test_a_real_that_does_not_count_is_not_looked_at(name: str) -> None:
-    """The pin for a REAL has no effect. Source: guide 4.4.1: SGI0 to SGI31 contain integers."""
+def test_a_real_without_an_effect_is_not_checked(name: str) -> None:
+    """For an integer variable, ValueReal has no effect.
+
+    Source: guide 4.4.1: SGI0 to SGI31 contain integers.
+    """
     plc = bench_of(name, "builtin")
     words = plc.exchange({"Variable1": 3, "ValueInteger": 70000, "ValueReal": inf})
     assert words[2:6] == [3, 0, 0x1170, 1]

@@ -7,7 +7,7 @@ import pytest
 from jog_bench import jog_plc
 from plc_bench import PlcBench
 
-#: m+2 to m+30 of the manual's example in pulses: axis 1 = 20001, axis 3 = -12345.
+#: Words m+2 to m+30 of the guide's example in pulses: axis 1 = 20001, axis 3 = -12345.
 PULSES = [0, 0, 0, 0x4E21, 0, 0, 0, 0xCFC7, 0xFFFF]
 
 
@@ -20,7 +20,10 @@ def _reading(plc: PlcBench, **pins: object) -> None:
 
 
 def test_the_continuous_output_mode_is_enabled_in_bit_0() -> None:
-    """Source: remote command guide 4.7.4: code 0xR505 (R is the robot number), bit 0 of n+2."""
+    """The telegram has code 0xR505 (R is the robot number) and bit 0 of n+2.
+
+    Source: guide 4.7.4.
+    """
     plc = jog_plc()
     _reading(plc, RobotNumber=3)
     assert plc.words == [0x3505, 0x0001, *[0] * 14]
@@ -28,7 +31,10 @@ def test_the_continuous_output_mode_is_enabled_in_bit_0() -> None:
 
 
 def test_positions_come_with_the_command_run_status_in_every_scan() -> None:
-    """Source: remote command guide 4.7.4, continuous output mode, and its example."""
+    """In status 0x0100 the block shows a new position in every scan.
+
+    Source: guide 4.7.4, example.
+    """
     plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES, scans=1)
@@ -41,7 +47,7 @@ def test_positions_come_with_the_command_run_status_in_every_scan() -> None:
 
 
 def test_millimetres_come_with_hand_and_arm_rotation() -> None:
-    """Left-handed, arm 1 = 1 and arm 2 = -1 are in bits 2-1, 6-3 and 10-7 of m+6.
+    """A position in mm includes the hand system and the arm rotation, bits 2-1, 6-3, 10-7 of m+6.
 
     Source: remote command guide 4.7.4, millimeter units
     """
@@ -55,11 +61,13 @@ def test_millimetres_come_with_hand_and_arm_rotation() -> None:
     assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (1, -1)
     plc.answer(0x0100, [0, 0, 0x2 | 0x2 << 3, *PULSES[3:]], scans=1)
     assert plc["Position.HandSystem"] == "HAND_RIGHT"
-    assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), "a number of 2 means 0"
+    assert (plc["Position.Arm1"], plc["Position.Arm2"]) == (0, 0), (
+        "the arm rotation 2 must be shown as 0"
+    )
 
 
 def test_a_robot_without_hand_systems_shows_none() -> None:
-    """Source: remote command guide 4.7.4, millimeter units: bits 2-1 are 0."""
+    """If bits 2-1 are 0, HandSystem is HAND_NONE. Source: guide 4.7.4, millimeter units."""
     plc = jog_plc()
     _reading(plc, Unit="UNIT_MM")
     plc.answer(0x0100, [0, 0, 0x2, *PULSES[3:]], scans=1)
@@ -68,8 +76,8 @@ def test_a_robot_without_hand_systems_shows_none() -> None:
     assert plc["Position.HandSystem"] == "HAND_NONE"
 
 
-def test_the_status_reset_command_stops_it() -> None:
-    """Source: remote command guide 4.7.4: it stops at the status initializing command 0x0000."""
+def test_the_status_reset_command_stops_the_output() -> None:
+    """When Enable falls, the block ends the output with code 0x0000. Source: guide 4.7.4."""
     plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES, scans=1)
@@ -77,7 +85,7 @@ def test_the_status_reset_command_stops_it() -> None:
     assert plc.words[0] == 0
     assert not plc["Position.Valid"]
     assert not plc["Position.Error"]
-    assert plc["Position.Pulses"][0] == 20001, "the last position does not change"
+    assert plc["Position.Pulses"][0] == 20001, "the last position must stay"
     plc.scan(3)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(3)
@@ -107,8 +115,8 @@ def test_the_continuous_mode_of_fb_remote_command_ends_at_its_timeout() -> None:
     assert plc.words[0] == 0
 
 
-def test_an_enable_that_falls_before_the_status_comes_ends_it_when_it_comes() -> None:
-    """Source: remote command guide 1.1, note: a command is held until its status changes."""
+def test_if_enable_falls_early_the_code_stays_until_the_status_changes() -> None:
+    """If Enable falls early, the code stays until the status changes. Source: guide 1.1, note."""
     plc = jog_plc()
     _reading(plc)
     plc.change("Position.Enable", to=False, scans=3)
@@ -117,7 +125,7 @@ def test_an_enable_that_falls_before_the_status_comes_ends_it_when_it_comes() ->
     assert plc.words[0] == 0
 
 
-def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
+def test_if_enable_falls_before_the_code_is_sent_nothing_is_sent() -> None:
     plc = jog_plc()
     plc.change("Position.Enable", to=True)
     plc.change("Position.Enable", to=False, scans=5)
@@ -139,8 +147,11 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
     assert plc["Position.AlarmGroup"] == 0
 
 
-def test_a_normal_end_is_none_that_this_command_can_have() -> None:
-    """Source: remote command guide 4.7.4: the continuous mode ends with the status reset only."""
+def test_a_normal_end_is_an_error() -> None:
+    """Status 0x0200 gives error 16#8014, as the continuous mode has no normal end.
+
+    Source: guide 4.7.4.
+    """
     plc = jog_plc()
     _reading(plc)
     plc.answer(0x0200, PULSES, scans=1)
@@ -155,8 +166,8 @@ def test_a_status_that_falls_back_to_ready_is_a_lost_command() -> None:
     assert plc["Position.ErrorID"] == 0x8014
 
 
-def test_without_a_first_position_it_ends_at_timeout() -> None:
-    """Source: remote command guide 1.1, note."""
+def test_without_a_first_position_the_block_ends_at_timeout() -> None:
+    """After the time limit the block shows 16#8011, but holds its code. Source: guide 1.1, note."""
     plc = jog_plc()
     _reading(plc, Timeout="T#100ms")
     plc.scan_until(lambda: bool(plc["Position.Error"]), most=15)
@@ -169,7 +180,10 @@ def test_without_a_first_position_it_ends_at_timeout() -> None:
 
 @pytest.mark.parametrize("number", [-1, 5])
 def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int) -> None:
-    """Source: remote command guide 4.7.4: R (0 to 4)."""
+    """An illegal robot number gives 16#8040, and nothing is sent.
+
+    Source: guide 4.7.4: R (0 to 4).
+    """
     plc = jog_plc()
     plc["Position.RobotNumber"], plc["Position.Enable"] = number, True
     plc.scan(5)
@@ -177,7 +191,7 @@ def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int) -> N
     assert plc.words[0] == 0
 
 
-def test_a_lost_link_ends_it_and_nothing_restarts() -> None:
+def test_a_lost_link_ends_the_output_and_nothing_restarts() -> None:
     plc = jog_plc()
     _reading(plc)
     plc.answer(0x0100, PULSES, scans=1)

@@ -1,4 +1,4 @@
-"""Each of the 116 remote commands has a block, a test, a line in the table and an effect."""
+"""Each of the 116 remote commands has a block, a test, a row in the table, and an effect."""
 
 from __future__ import annotations
 
@@ -22,8 +22,8 @@ def _blocks(command: Command) -> list[str]:
     return [name for name, block in library().blocks.items() if command in block.commands]
 
 
-#: The codes in the lists of the guide, by category. Section 4.2.20 corrects the codes of motor
-#: power in its list.
+#: The codes in the lists of the guide, by category. For motor power, the list is wrong, and section
+#: 4.2.20 has the right codes.
 _CODES = {
     1: "001 002 003 004 006 007 009 00A 00E 00F 010 012 013 014 016 017 018 019 020 021 022 024 "
     "025 026 027 028 030 031 032 033 034 035 036 038 039 03A 03B 03C 03D 041 042 043 044 045 048 "
@@ -39,14 +39,17 @@ _CODES = {
 
 
 def test_the_commands_are_the_116_of_the_lists() -> None:
-    """Source: remote command guide 4.2 to 4.9, lists at their beginning."""
+    """spec/remote_commands.toml has the 116 commands of the guide's lists.
+
+    Source: remote command guide 4.2 to 4.9, lists at their beginning.
+    """
     listed = [(number, code) for number, text in _CODES.items() for code in text.split()]
     assert len(listed) == 116
     assert [(one.category, f"{one.code:03X}") for one in _COMMANDS] == listed
 
 
 @every_command
-def test_the_code_stands_in_the_file_of_a_block_that_has_a_test(command: Command) -> None:
+def test_each_code_is_in_a_block_with_a_test(command: Command) -> None:
     blocks = _blocks(command)
     assert blocks
     for name in blocks:
@@ -72,7 +75,7 @@ def test_the_table_of_commands_has_a_row_with_block_test_and_section(command: Co
 
 
 @every_command
-def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Command) -> None:
+def test_the_blocks_of_a_command_together_have_all_its_fields(command: Command) -> None:
     """Together, the blocks send every field and value of the manual, and show every answer field.
 
     Source: design of the library, 3: every flag and field of the manual is reachable.
@@ -91,10 +94,10 @@ def test_what_one_block_leaves_out_another_block_of_the_command_has(command: Com
 
 
 @pytest.mark.parametrize("block", library().blocks.values(), ids=lambda one: str(one.name))
-def test_a_real_is_in_millimetres_or_percent_where_the_field_has_a_part_of_them(
+def test_a_real_pin_has_the_unit_mm_or_percent(
     block: Block,
 ) -> None:
-    """The unit of the field is 0.001 mm, or 0.01 % of the direct speed.
+    """A pin is a REAL in mm or % if its field has the unit 0.001 mm or 0.01 %.
 
     Source: remote command guide 4.2.1.
     """
@@ -123,7 +126,7 @@ def _kinds(kind: str) -> tuple[str, ...]:
 
 
 def test_the_virtual_controller_executes_every_command() -> None:
-    """tests/robot/commands checks the effect of each command."""
+    """The virtual controller has every command. tests/robot/commands checks the effects."""
     import rcx_harness.robot.commands
     from rcx_harness.robot.commands.base import registered
 

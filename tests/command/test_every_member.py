@@ -1,7 +1,7 @@
-"""Every member of every enumerated pin of every command block has its telegram or answer.
+"""Each enumeration value of each command block gives the words that the manual demands.
 
-Expected words come from tests/spec/second_reading/pins, which was made from the manual alone. The
-tests do not use spec/blocks.toml and spec/remote_commands.toml.
+The expected words are in tests/spec/second_reading/pins, which was written from the manual alone.
+The tests do not use spec/blocks.toml and spec/remote_commands.toml.
 """
 
 from __future__ import annotations
@@ -41,14 +41,14 @@ def _bench(block: Pins) -> CommandBench:
 
 
 def _start(block: Pins, bench: CommandBench, pins: dict[str, Value]) -> None:
-    """Start the block with these pins, after the data of another command."""
+    """Start the block with these pins while the data words of an earlier command remain."""
     bench["Robot.Inner.Data"] = [0xFFFF] * 15
     bench.set({**pins, "Enable" if block.level else "Execute": True})
     bench.scan_until(lambda: bench.words[0] != 0 or bool(bench.pin("Error")), most=4)
 
 
 def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
-    """Return the error in the telegram for these pins, or an empty text."""
+    """Send a command with these pins, and return the error in its telegram, or ""."""
     expected = block.telegram(pins, robot)
     illegal = READINGS[expected[0] & 0xFFF].problem(expected)
     bench = _bench(block)
@@ -64,8 +64,11 @@ def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
 
 
 @every_block_of_the_reading
-def test_each_member_goes_out_as_the_manual_has_it(block: Pins) -> None:
-    """Source: remote command guide 4.2 to 4.9, code and legend of each command's table."""
+def test_each_enumeration_value_is_sent_as_in_the_manual(block: Pins) -> None:
+    """Each enumeration value of an input gives the words of the manual.
+
+    Source: remote command guide 4.2 to 4.9, code and legend of each command's table.
+    """
     wrong = []
     for pin, member in block.enumerated:
         value: Value = member if member not in ("FALSE", "TRUE") else member == "TRUE"
@@ -74,7 +77,7 @@ def test_each_member_goes_out_as_the_manual_has_it(block: Pins) -> None:
     assert not wrong, "\n".join(wrong)
 
 
-#: Members that some commands do not have, with the words of the manual's tables.
+#: Enumeration values that some commands do not have, with the text of the manual's tables.
 _MISSING_MEMBERS = {
     "SPEED_MM_S": "speed set in mm/s: linear and circular interpolation only",
     "PORT_DI": "an input cannot be assigned",
@@ -84,8 +87,11 @@ _MISSING_MEMBERS = {
 }
 
 
-def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
-    """Source: remote command guide 4.2 to 4.9, legend of each command's table."""
+def test_only_values_that_the_commands_table_lacks_are_refused() -> None:
+    """Only values that are missing in a command's table are refused.
+
+    Source: remote command guide 4.2 to 4.9, legend of each command's table.
+    """
     refused = set()
     for block in BLOCKS.values():
         for pin, member in block.enumerated:
@@ -97,10 +103,8 @@ def test_no_member_is_refused_but_those_that_the_commands_table_lacks() -> None:
 
 
 @every_block_of_the_reading
-def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
-    """If the table contains a robot, bits 15 to 12 of n contain its number.
-
-    Other pins have their defaults.
+def test_robots_and_defaults_are_sent_as_in_the_manual(block: Pins) -> None:
+    """With default pins, bits 15 to 12 of n contain the robot number if the command has one.
 
     Source: remote command guide 4.2 to 4.9, robot designation.
     """
@@ -110,8 +114,11 @@ def test_robots_and_defaults_go_out_as_the_manual_has_them(block: Pins) -> None:
 
 
 @every_block_of_the_reading
-def test_each_other_pin_goes_out_in_its_place_and_unit(block: Pins) -> None:
-    """The values are the lowest and highest legal numbers, or some if the manual has no limits.
+def test_each_other_pin_is_sent_in_its_word_and_unit(block: Pins) -> None:
+    """Each number or text is sent in the word and unit of the manual.
+
+    The test sends the lowest and highest legal numbers, or typical ones if the manual has no
+    limits.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
     """
@@ -131,8 +138,11 @@ def test_each_other_pin_goes_out_in_its_place_and_unit(block: Pins) -> None:
 
 
 @every_block_of_the_reading
-def test_each_answer_is_shown_as_the_manual_has_it(block: Pins) -> None:
-    """Source: remote command guide 4.2 to 4.9, normal end of each command."""
+def test_each_answer_is_shown_as_in_the_manual(block: Pins) -> None:
+    """Each output shows its part of an answer.
+
+    Source: remote command guide 4.2 to 4.9, normal end of each command.
+    """
     wrong = []
     for entry in block.outputs:
         for response in _responses(entry):
@@ -147,7 +157,7 @@ def test_each_answer_is_shown_as_the_manual_has_it(block: Pins) -> None:
 
 
 def _shown(block: Pins, pins: dict[str, Value], response: list[int]) -> Iterator[str]:
-    """Return the outputs whose values differ from the second reading."""
+    """Answer a command, and yield the outputs that differ from the second reading of the manual."""
     bench = _bench(block)
     _start(block, bench, pins)
     assert not bench.pin("Error"), f"{block}: 16#{bench.pin('ErrorID'):04X}"
@@ -162,7 +172,7 @@ def _shown(block: Pins, pins: dict[str, Value], response: list[int]) -> Iterator
 
 
 def _responses(entry: PinRow) -> Iterator[list[int]]:
-    """Return answers that differ in this output only: in each of its places alone, and in all."""
+    """Yield answers with a value for one output, in each of its words alone and in all of them."""
     if entry.how == "text":
         words = [0] * WORDS
         for part, letter in zip(entry.places, b"AB_19 Z".ljust(len(entry.places)), strict=True):
@@ -191,7 +201,7 @@ def _answers(entry: PinRow, part: second_reading.Place) -> Sequence[int]:
 
 
 def _values(block: Pins, entry: PinRow, pins: dict[str, Value]) -> Iterator[Value]:
-    """Return values that are legal in the second reading of the command's section."""
+    """Yield legal values of an input, according to the second reading of the manual."""
     words = block.telegram(block.given(**pins))
     if entry.flag:
         entry.flag.write(words, 1)
@@ -240,7 +250,10 @@ def _same(got: Value, expected: Value) -> bool:
 
 
 def test_every_member_of_every_type_was_sent_or_shown() -> None:
-    """Source: remote command guide 4.2 to 4.9."""
+    """Each enumeration type is a pin's type or selects a code.
+
+    Source: remote command guide 4.2 to 4.9.
+    """
     used = {entry.how for block in BLOCKS.values() for entry in (*block.inputs, *block.outputs)}
     chosen = {frozenset(block.codes) for block in BLOCKS.values()}
     for name, members in every_enumeration().items():
@@ -251,8 +264,8 @@ def test_every_member_of_every_type_was_sent_or_shown() -> None:
 @pytest.mark.parametrize(
     "block", [one for one in BLOCKS.values() if not one.level], ids=lambda one: str(one.name)
 )
-def test_a_command_without_an_end_fails_after_the_time_limit_of_its_kind(block: Pins) -> None:
-    """The default limit is 60 s for movements and 5 s for others.
+def test_a_command_without_an_end_fails_after_its_default_time_limit(block: Pins) -> None:
+    """The default time limit is 60 s for movements, and 5 s for other commands.
 
     Source: design of the library: time limits are those of docs/reference/blocks.md; the manual
     has none.

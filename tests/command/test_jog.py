@@ -1,4 +1,4 @@
-"""FB_Jog moves the robot while Enable is TRUE, stops it by SI(06), and becomes ready again."""
+"""FB_Jog moves the robot while Enable is TRUE, and stops it with SI(06)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,7 @@ from jog_bench import STOPPED, end_by_stop, jog_plc, jogging, present
     ("frame", "code"), [("JOG_PULSES", 0x20), ("JOG_CARTESIAN", 0x21), ("JOG_TOOL", 0x22)]
 )
 def test_the_telegram_of_a_jog(frame: str, code: int) -> None:
-    """Axis 1 of robot 1 moves in the minus direction.
-
-    The position is in pulses: 0x4000, 0x0081.
+    """A jog of axis 1 in the minus direction with the position in pulses sends 0x4000 and 0x0081.
 
     Source: remote command guide 4.2.6, examples
     """
@@ -25,14 +23,20 @@ def test_the_telegram_of_a_jog(frame: str, code: int) -> None:
 
 
 def test_robot_axis_and_millimetres() -> None:
-    """Source: remote command guide 4.2.6: R in bits 15 to 12, one axis in bits 0 to 5."""
+    """The telegram has the robot in bits 15 to 12 and the axis in bits 0 to 5.
+
+    Source: guide 4.2.6.
+    """
     plc = jog_plc()
     jogging(plc, RobotNumber=2, Axis=6, PositionOutput="POSITION_MM")
     assert plc.words[:3] == [0x2020, 0x8000, 0x0020]
 
 
 def test_the_jog_is_stopped_by_the_stop_input_si06() -> None:
-    """Source: remote command guide 4.2.6."""
+    """When Enable falls, SI(06) turns OFF while the code stays.
+
+    Source: remote command guide 4.2.6.
+    """
     plc = jog_plc()
     jogging(plc)
     plc.change("Jog.Enable", to=False)
@@ -43,7 +47,10 @@ def test_the_jog_is_stopped_by_the_stop_input_si06() -> None:
 
 
 def test_the_alarm_12_400_is_the_normal_end_of_a_jog_with_the_position() -> None:
-    """Source: remote command guide 4.2.6, abnormal end by the stop input, and its example."""
+    """A jog that was stopped by SI(06) ends with alarm 12.400, which is not an error of the block.
+
+    Source: remote command guide 4.2.6, abnormal end by the stop input, and its example.
+    """
     plc = jog_plc()
     jogging(plc, PositionOutput="POSITION_PULSES")
     end_by_stop(plc)
@@ -54,7 +61,7 @@ def test_the_alarm_12_400_is_the_normal_end_of_a_jog_with_the_position() -> None
 
 
 def test_the_position_in_millimetres_has_three_decimals() -> None:
-    """Source: remote command guide 4.2.6: integers (x 1000)."""
+    """A position in mm is the answer divided by 1000. Source: remote command guide 4.2.6."""
     plc = jog_plc()
     jogging(plc, PositionOutput="POSITION_MM")
     end_by_stop(plc)
@@ -63,7 +70,7 @@ def test_the_position_in_millimetres_has_three_decimals() -> None:
 
 
 def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None:
-    """SI(06) turns ON again 100 ms and the margin after it turned OFF. Then Stopping ends.
+    """After a stop, SI(06) turns ON again after 100 ms and the margin. Then Stopping is FALSE.
 
     Source: remote command guide 4.2.6; manual chapter 5, 3, caution
     """
@@ -71,19 +78,21 @@ def test_after_the_stop_the_interlock_signal_is_set_on_again_by_itself() -> None
     jogging(plc)
     end_by_stop(plc)
     assert plc["Jog.Stopping"]
-    assert 8 <= plc.scan_until(lambda: "SI06" in plc.inputs) <= 10, "12 scans from OFF to ON"
+    assert 8 <= plc.scan_until(lambda: "SI06" in plc.inputs) <= 10, (
+        "SI(06) must be OFF for 12 scans"
+    )
     plc.scan_until(lambda: not plc["Jog.Stopping"])
     assert plc["Robot.Settled"]
 
 
-def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> None:
+def test_an_enable_during_the_stop_jogs_again_after_the_stop() -> None:
     plc = jog_plc()
     jogging(plc)
     plc.change("Jog.Enable", to=False)
     plc["Jog.Enable"], plc["Jog.Axis"] = True, 2
     plc.scan()
     assert plc["Jog.Busy"]
-    assert plc.words[:3] == [0x0020, 0, 1], "the first jog is held to its end"
+    assert plc.words[:3] == [0x0020, 0, 1], "the first jog must stay until its end"
     plc.complete(0x4000, STOPPED)
     plc.scan_until(lambda: plc.words[0] == 0x0020)
     assert plc["Robot.Settled"]
@@ -91,7 +100,7 @@ def test_an_enable_that_comes_back_while_stopping_jogs_again_once_ready() -> Non
     assert plc.words[2] == 2
 
 
-def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
+def test_if_enable_falls_before_the_code_is_sent_no_jog_is_sent() -> None:
     plc = jog_plc()
     plc.change("Jog.Enable", to=True)
     plc.change("Jog.Enable", to=False, scans=10)
@@ -102,7 +111,7 @@ def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
 
 
 def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
-    """SI(06) turns OFF one scan after the code, in whichever scan Enable falls."""
+    """If Enable is TRUE for a few scans only, SI(06) turns OFF one scan after the code."""
     for scans in range(1, 6):
         plc = jog_plc()
         plc.change("Jog.Enable", to=True, scans=scans)
@@ -111,7 +120,7 @@ def test_an_enable_of_one_scan_stops_in_the_scan_after_the_code() -> None:
 
 
 def test_a_jog_whose_block_is_not_called_any_more_is_stopped() -> None:
-    """The command has lost its block, so SI(06) turns OFF in the same scan."""
+    """If the program stops calling the block, SI(06) turns OFF in the same scan."""
     plc = jog_plc()
     jogging(plc)
     plc.change("CallJog", to=False)
@@ -133,7 +142,7 @@ def test_a_jog_of_fb_remote_command_is_stopped_at_its_timeout() -> None:
 
 
 def test_another_stop_ends_the_jog_with_an_error() -> None:
-    """An alarm 12.400 without a fall of Enable may come from a stop of the programming box."""
+    """Alarm 12.400 while Enable is TRUE is an error: something else has stopped the jog."""
     plc = jog_plc()
     jogging(plc)
     plc.complete(0x4000, STOPPED)
@@ -150,7 +159,7 @@ def test_another_stop_ends_the_jog_with_an_error() -> None:
 
 
 def test_a_soft_limit_ends_the_jog_with_its_alarm() -> None:
-    """Source: remote command guide 1.1: 2.334."""
+    """Alarm 2.334 ends the jog with an error. Source: remote command guide 1.1."""
     plc = jog_plc()
     jogging(plc)
     plc.answer(0x4000, [0x0002, 0x014E], scans=1)
@@ -160,7 +169,7 @@ def test_a_soft_limit_ends_the_jog_with_its_alarm() -> None:
 
 
 def test_a_jog_that_the_controller_ends_normally_stays_valid_until_enable_falls() -> None:
-    """Source: remote command guide 4.2.6, normal end."""
+    """After a normal end, Valid stays TRUE until Enable falls. Source: guide 4.2.6, normal end."""
     plc = jog_plc()
     jogging(plc, PositionOutput="POSITION_PULSES")
     plc.answer(0x0200, [0, 0, 0, 0x3039, 0], scans=1)
@@ -169,7 +178,7 @@ def test_a_jog_that_the_controller_ends_normally_stays_valid_until_enable_falls(
     assert plc.words[0] == 0
     assert plc["Jog.Pulses"][0] == 12345
     plc.change("Jog.Enable", to=False)
-    assert plc.inputs == ["SI00", "SI06"], "no jog is running that needs a stop"
+    assert plc.inputs == ["SI00", "SI06"], "without a jog SI(06) must stay ON"
 
 
 @pytest.mark.parametrize(
@@ -184,7 +193,7 @@ def test_a_jog_that_the_controller_ends_normally_stays_valid_until_enable_falls(
 def test_inputs_that_are_not_legal_are_refused_without_a_telegram(
     pins: dict[str, int], error: int
 ) -> None:
-    """Source: remote command guide 4.2.6: robots 0 to 4, one of axes 1 to 6."""
+    """An illegal robot or axis gives an error. Source: guide 4.2.6: robots 0 to 4, axes 1 to 6."""
     plc = jog_plc()
     for name, value in pins.items():
         plc[f"Jog.{name}"] = value
@@ -205,8 +214,11 @@ def test_an_illegal_value_after_a_legal_jog_sends_nothing() -> None:
     assert plc.words[0] == 0
 
 
-def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_goes_out() -> None:
-    """Source: manual chapter 5, 2, SI(06) and SI(00)."""
+def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_is_sent() -> None:
+    """While SI(06) or SI(00) is OFF, no jog is sent.
+
+    Source: manual chapter 5, 2, SI(06) and SI(00).
+    """
     for pin, error in (("StopOk", 0x8007), ("EmergencyStopOk", 0x8003)):
         plc = jog_plc()
         plc[pin] = False
@@ -216,8 +228,8 @@ def test_with_the_stop_input_off_or_in_emergency_stop_no_jog_goes_out() -> None:
         assert plc.words[0] == 0
 
 
-def test_a_stop_that_is_never_answered_lets_the_channel_go_after_timeout() -> None:
-    """SI(06) stays OFF while the jog runs. A new Enable reports that the channel is blocked."""
+def test_a_stop_without_an_answer_ends_at_timeout() -> None:
+    """If the controller never ends the jog, SI(06) stays OFF, and a new Enable gives an error."""
     plc = jog_plc()
     jogging(plc, Timeout="T#100ms")
     plc.change("Jog.Enable", to=False, scans=15)
@@ -230,7 +242,10 @@ def test_a_stop_that_is_never_answered_lets_the_channel_go_after_timeout() -> No
 
 
 def test_a_lost_link_ends_the_jog_and_nothing_restarts() -> None:
-    """Source: design of every block; manual chapter 1, 5."""
+    """After a loss of the link, the jog does not start again by itself.
+
+    Source: manual chapter 1, 5.
+    """
     plc = jog_plc()
     jogging(plc)
     plc.change("Connected", to=False)
@@ -248,7 +263,7 @@ def test_a_lost_link_ends_the_jog_and_nothing_restarts() -> None:
 def test_a_loss_also_ends_an_enable_that_waits_for_the_last_stop(
     moment: str, lost: str, error_id: int
 ) -> None:
-    """Source: design of every block; manual chapter 1, 5."""
+    """A loss of the link also ends a waiting jog with an error. Source: manual chapter 1, 5."""
     plc = jog_plc()
     jogging(plc)
     plc.change("Jog.Enable", to=False)

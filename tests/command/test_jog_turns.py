@@ -1,4 +1,4 @@
-"""FB_Jog and the commands before and after it, while SI(06) stops a jog."""
+"""FB_Jog takes turns with other commands, which wait while SI(06) stops a jog."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ def test_a_jog_waits_for_its_turn() -> None:
     plc.scan_until(lambda: plc.words[0] == 0x0020, most=4)
 
 
-def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
-    """While SI(06) is OFF, the controller would end a movement with alarm 12.400."""
+def test_a_waiting_command_is_sent_only_when_si06_is_on_again() -> None:
+    """A waiting command is sent after SI(06) is ON again.
+
+    Before, it would end with alarm 12.400.
+    """
     plc = jog_plc()
     jogging(plc)
     plc["First.Code"], plc["First.Execute"] = 0x0001, True
@@ -30,8 +33,8 @@ def test_a_command_that_waits_goes_out_only_when_si06_is_back() -> None:
     assert plc["Robot.Settled"]
 
 
-def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
-    """If StopOk is FALSE, the user stops the robot. Commands that do not move it still work."""
+def test_a_command_does_not_wait_while_stop_ok_is_false() -> None:
+    """If StopOk holds SI(06) OFF, commands do not wait, as some commands move nothing."""
     plc = jog_plc()
     jogging(plc)
     plc["StopOk"] = False
@@ -39,8 +42,8 @@ def test_a_command_is_not_held_back_where_the_stop_stays() -> None:
     plc.give("First", 0x0501, most=5)
 
 
-def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it() -> None:
-    """While a program stop holds SI(06) OFF, the next command does not wait until SI(06) is ON."""
+def test_a_command_does_not_wait_while_a_program_stop_holds_si06_off() -> None:
+    """If a program stop holds SI(06) OFF, the next command does not wait until SI(06) is ON."""
     plc = jog_plc()
     jogging(plc)
     plc["Robot.Inner.HoldStop"] = True
@@ -50,13 +53,13 @@ def test_while_a_program_stop_holds_si06_the_next_command_does_not_wait_for_it()
     assert plc.inputs == ["SI00"]
 
 
-def test_a_jog_that_ended_while_nothing_could_be_written_needs_no_stop() -> None:
-    """The block sees the end in the scan in which the area is legal again."""
+def test_a_jog_that_ended_while_the_area_was_illegal_needs_no_stop() -> None:
+    """If the jog ends while the area cannot be written, the block needs no stop afterwards."""
     plc = jog_plc()
     jogging(plc)
     plc["Jog.Enable"], plc["WriteArea.Size"] = False, 47
     plc.scan()
-    assert plc.words[0] == 0x0020, "the command is held in any case"
+    assert plc.words[0] == 0x0020, "the code must stay in the area"
     plc["WriteArea.Size"] = 48
     plc.answer(0x4000, STOPPED, scans=1)
     assert plc.words[0] == 0

@@ -1,4 +1,4 @@
-"""FB_Jog and FB_ContinuousPosition move and report the robot of the virtual controller."""
+"""FB_Jog moves the virtual robot, and FB_ContinuousPosition reports its position."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ PROGRAM = ROOT / "tests/data/library/Levels.st"
 
 @pytest.fixture
 def cell() -> Cell:
-    """Return a cell of a robot with its servos on, SI(00) and SI(06) ON."""
+    """Return a cell in which the servos, SI(00) and SI(06) are ON."""
     cell = Cell.build(PROGRAM, scan="10ms", robot=RobotConfig(manual_speed=50))
     cell.run_until(lambda: bool(cell["Main.Robot.Settled"]), within="2s")
     cell["Main.ServoOn.Execute"] = True
@@ -20,8 +20,11 @@ def cell() -> Cell:
     return cell
 
 
-def test_the_axis_moves_while_enable_is_true_and_stands_where_the_outputs_say(cell: Cell) -> None:
-    """Source: remote command guide 4.2.6."""
+def test_the_axis_moves_while_enable_is_true_and_its_position_is_shown(cell: Cell) -> None:
+    """The axis moves while Enable is TRUE, and the outputs show where it stops.
+
+    Source: guide 4.2.6.
+    """
     cell["Main.Jog.Axis"], cell["Main.Jog.PositionOutput"] = 2, "POSITION_PULSES"
     cell["Main.Jog.Direction"] = "DIRECTION_MINUS"
     cell["Main.Jog.Enable"] = True
@@ -39,8 +42,8 @@ def test_the_axis_moves_while_enable_is_true_and_stands_where_the_outputs_say(ce
     assert not cell.violations
 
 
-def test_after_a_jog_the_next_command_goes_out(cell: Cell) -> None:
-    """A waiting command is sent when SI(06) has turned ON again."""
+def test_after_a_jog_the_next_command_is_sent(cell: Cell) -> None:
+    """A command that waits for the end of a jog is sent when SI(06) is ON again."""
     cell["Main.Jog.Enable"] = True
     cell.run("200ms")
     cell["Main.Jog.Enable"] = False
@@ -53,7 +56,7 @@ def test_after_a_jog_the_next_command_goes_out(cell: Cell) -> None:
 
 
 def test_a_jog_into_the_soft_limit_ends_with_2_334_and_the_way_back_is_free(cell: Cell) -> None:
-    """Source: remote command guide 1.1: soft limit over."""
+    """A jog ends at the soft limit with alarm 2.334, and can move back. Source: guide 1.1."""
     limit = cell.robot.config.axes[0].soft_high
     cell.robot.positions[0] = limit - 2000
     cell["Main.Jog.Enable"] = True
@@ -71,13 +74,13 @@ def test_a_jog_into_the_soft_limit_ends_with_2_334_and_the_way_back_is_free(cell
     assert not cell.violations
 
 
-def test_the_position_is_followed_while_a_program_moves_nothing(cell: Cell) -> None:
-    """Source: remote command guide 4.7.4, continuous output mode."""
+def test_each_change_of_the_position_is_shown(cell: Cell) -> None:
+    """The block shows each position of the robot. Source: guide 4.7.4, continuous output mode."""
     cell["Main.Position.Enable"] = True
     cell.run_until(lambda: bool(cell["Main.Position.Valid"]), within="500ms")
     for place in (1234, -4321):
         cell.robot.positions[2] = place
-        cell.robot.inject("pendant_on")  # a change wakes the controller
+        cell.robot.inject("pendant_on")  # an event lets the controller calculate its outputs
         cell.robot.inject("pendant_off")
         cell.run("60ms")
         assert cell["Main.Position.Pulses"][2] == place
@@ -88,7 +91,7 @@ def test_the_position_is_followed_while_a_program_moves_nothing(cell: Cell) -> N
 
 
 def test_an_emergency_stop_ends_a_jog_with_12_600(cell: Cell) -> None:
-    """Source: remote command guide 1.2: 0x000C, 0x0258."""
+    """An emergency stop ends the jog with alarm 12.600. Source: guide 1.2: 0x000C, 0x0258."""
     cell["Main.Jog.Enable"] = True
     cell.run("200ms")
     cell.robot.inject("emergency_stop")

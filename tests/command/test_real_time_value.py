@@ -1,4 +1,4 @@
-"""FB_RealTimeValue and its twin for images of words show every word, or refuse its number."""
+"""FB_RealTimeValue and FB_RealTimeValueInWords show any word of the area, or an error."""
 
 from __future__ import annotations
 
@@ -20,16 +20,16 @@ def _compiled(block: str) -> Alone:
 
 
 def _value(address: int) -> int:
-    """Return the value of the word at an even address.
+    """Return a different value for each even address.
 
-    Some values are negative if they are read as INT.
+    As INT, some of the values are negative.
     """
     return (address * 0x4D1 + 0x3A7) % 65536
 
 
 @pytest.fixture(params=_BLOCKS)
 def block(request: pytest.FixtureRequest) -> Alone:
-    """Return a connected block with an image in which all words differ."""
+    """Return a block with a connection and an image in which all words differ."""
     alone = _compiled(request.param)
     alone.restart()
     alone["Robot.Connected"] = True
@@ -50,7 +50,7 @@ def _signed(value: int, bits: int) -> int:
 
 
 def test_without_a_connection_there_is_no_value(block: Alone) -> None:
-    """Source: manual chapter 1, 5.2."""
+    """Without a connection, the block shows 16#8001 and zeros. Source: manual chapter 1, 5.2."""
     block["Robot.Connected"] = False
     block.scan(0)
     assert _shown(block) == (False, True, 0x8001, 0, 0, 0)
@@ -58,7 +58,7 @@ def test_without_a_connection_there_is_no_value(block: Alone) -> None:
 
 @pytest.mark.parametrize(("name", "error"), [("FB_RealTimeValue", 0), (_BLOCKS[1], 0x8032)])
 def test_an_odd_offset_is_for_images_of_bytes_only(name: str, error: int) -> None:
-    """Source: manual chapter 1, 4.1: words are at even addresses of the area."""
+    """An odd offset m is an error only for images of words. Source: manual chapter 1, 4.1."""
     alone = _compiled(name)
     alone.restart()
     alone["Robot.Connected"], alone["Block.m"] = True, 1
@@ -67,7 +67,7 @@ def test_an_odd_offset_is_for_images_of_bytes_only(name: str, error: int) -> Non
 
 
 def test_every_extended_word_is_shown_in_three_ways(block: Alone) -> None:
-    """SOW(24) is at m + 48, and SOW(127), the last word, is at m + 254.
+    """Each word from SOW(24), at m + 48, to SOW(127), at m + 254, is shown as WORD, INT and DINT.
 
     Source: manual chapter 1, 4.2, and chapter 3, 2.1: words are unsigned, double words signed;
     remote command guide 4.9.1.
@@ -97,10 +97,10 @@ def test_every_extended_word_is_shown_in_three_ways(block: Alone) -> None:
         ({"m": 4, "ImageSize": 258}, 0x8031),
     ],
 )
-def test_what_is_not_there_is_an_error_and_shows_zero(
+def test_an_illegal_input_is_an_error_and_shows_zero(
     block: Alone, pins: dict[str, int], error: int, connected: bool
 ) -> None:
-    """An illegal number is reported before a missing connection, because it stays illegal.
+    """An illegal input gives an error and zeros, and has priority over a missing connection.
 
     Source: remote command guide 4.9.1; manual chapter 1, 4.2.
     """
@@ -114,8 +114,8 @@ def test_what_is_not_there_is_an_error_and_shows_zero(
 
 
 @pytest.mark.parametrize("name", _BLOCKS)
-def test_left_out_inputs_stand_for_the_first_extended_word(name: str) -> None:
-    """Source: manual chapter 1, 4.2: SOW(24), 256 bytes."""
+def test_default_inputs_select_the_first_extended_word(name: str) -> None:
+    """Without arguments, the block shows SOW(24) of 256 bytes. Source: manual chapter 1, 4.2."""
     alone = _compiled(name)
     alone.restart()
     assert [alone[f"Block.{pin}"] for pin in ("m", "Size", "ImageSize", "OutputWord")] == [

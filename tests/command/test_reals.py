@@ -1,4 +1,4 @@
-"""REAL values are converted exactly to and from IEEE 754 patterns by arithmetic."""
+"""The library converts REAL values to IEEE 754 bit patterns and back without an error."""
 
 from __future__ import annotations
 
@@ -14,8 +14,8 @@ from structured_text.engines.base import Program
 
 PROGRAM = ROOT / "tests/data/library/Texts.st"
 
-#: Edges of the format: the smallest and largest denormal and normal numbers, 1, and their
-#: neighbours.
+#: Patterns at the limits of the format: the smallest and largest denormal and normal numbers, 1,
+#: and their neighbours.
 PATTERNS = [
     0x00000000, 0x00000001, 0x00000002, 0x007FFFFF, 0x00800000, 0x00800001, 0x3F7FFFFF,
     0x3F800000, 0x3F800001, 0x4B000000, 0x4AFFFFFF, 0x4B7FFFFF, 0x4B800000, 0x4F000000,
@@ -38,8 +38,11 @@ def _patterns() -> list[int]:
     return PATTERNS + [one for one in some if one >> 23 & 0xFF != 0xFF]
 
 
-def test_every_real_has_its_own_pattern_and_comes_back_from_it(plc: Program) -> None:
-    """Source: remote command guide 4.4.1: single-precision real numbers in 32 bits."""
+def test_every_real_has_its_pattern_and_is_read_from_it(plc: Program) -> None:
+    """Each REAL has the right pattern, and each pattern gives the REAL.
+
+    Source: remote command guide 4.4.1: single-precision real numbers in 32 bits.
+    """
     for pattern in _patterns():
         plc.write("Main.Number32", _real(pattern))
         plc.write("Main.Bits", pattern)
@@ -57,9 +60,7 @@ def test_every_real_has_its_own_pattern_and_comes_back_from_it(plc: Program) -> 
         (0x7FC00000, 0.0),
     ],
 )
-def test_what_is_no_finite_number_gives_a_finite_one(
-    plc: Program, pattern: int, real: float
-) -> None:
+def test_infinity_and_nan_give_a_finite_number(plc: Program, pattern: int, real: float) -> None:
     """Infinity becomes the largest REAL and NaN becomes 0 (assumed: the guide is silent)."""
     plc.write("Main.Bits", pattern)
     plc.scan(0)
@@ -68,7 +69,10 @@ def test_what_is_no_finite_number_gives_a_finite_one(
 
 @pytest.mark.parametrize(("number", "pattern"), [("inf", 0x7F800000), ("-inf", 0xFF800000)])
 def test_an_overflow_has_the_pattern_of_infinity(plc: Program, number: str, pattern: int) -> None:
-    """Source: IEEE 754: exponent 255, mantissa 0; the loop over the exponent ends there."""
+    """A number beyond the largest REAL has the pattern of infinity.
+
+    Source: IEEE 754, exponent 255.
+    """
     plc.write("Main.Number32", float(number))
     plc.scan(0)
     assert plc.read("Main.Pattern") == pattern
@@ -78,10 +82,10 @@ def test_an_overflow_has_the_pattern_of_infinity(plc: Program, number: str, patt
     ("number", "outside"),
     [(0.5, False), (-0.5, False), (2.0, False), (2.001, True), (-0.501, True), (math.nan, True)],
 )
-def test_a_number_is_outside_of_its_limits_or_no_number(
+def test_numbers_outside_of_the_limits_and_nan_are_detected(
     plc: Program, number: float, outside: bool
 ) -> None:
-    """The limits are -0.5 and 2.0."""
+    """Numbers outside of the limits -0.5 to 2.0, and NaN, are reported as outside."""
     plc.write("Main.Number32", number)
     plc.scan(0)
     assert plc.read("Main.Outside") is outside

@@ -1,4 +1,4 @@
-"""FB_RemoteCommand sends any code with 15 words, returns 15 words, and ends in several ways."""
+"""FB_RemoteCommand sends any code with 15 words, and shows 15 words of the answer or an error."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ def _plc() -> PlcBench:
 
 
 def test_inputs_are_sampled_on_the_rising_edge() -> None:
-    """A change while the block waits for its turn has no effect."""
+    """Inputs that change while the block waits for the other command have no effect."""
     plc = _plc()
     plc["Second.Code"], plc["Second.Data[2]"] = 0x0101, 100
     plc.change("First.Execute", "Second.Execute", to=True)
@@ -28,8 +28,11 @@ def test_inputs_are_sampled_on_the_rising_edge() -> None:
     assert plc.words[:3] == [0x0101, 0, 100]
 
 
-def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
-    """Source: design of the library, 3: inputs are sampled on the rising edge."""
+def test_stored_inputs_change_only_at_a_rising_edge() -> None:
+    """Stored inputs change only at a rising edge while the block is not Busy.
+
+    Source: design of the library, 3.
+    """
     plc = _plc()
     names = ("HeldCode", "HeldData", "Refused", "Job.Holder", "Job.Longest", "Job.Trouble")
 
@@ -49,8 +52,8 @@ def test_what_is_held_changes_by_the_rising_edge_alone() -> None:
         assert held() == before, "after Done"
 
 
-def test_all_fifteen_words_go_out_and_come_back() -> None:
-    """Source: guide chapter 1, 1.1: n + 2 to n + 30, m + 2 to m + 30."""
+def test_all_fifteen_words_are_sent_and_received() -> None:
+    """The block sends n+2 to n+30 and shows m+2 to m+30. Source: guide chapter 1, 1.1."""
     plc = _plc()
     data = [0x0100 + k for k in range(1, 16)]
     response = [0xFF00 - k for k in range(1, 16)]
@@ -63,8 +66,8 @@ def test_all_fifteen_words_go_out_and_come_back() -> None:
 
 
 @pytest.mark.parametrize("code", [0x0001, 0x1032, 0x250F, 0x3516, 0x4038, 0x4FFF, 0x0401, 0xF000])
-def test_the_code_goes_out_as_it_is_given(code: int) -> None:
-    """Bits 15 to 12 may have robots 0 to 4 or any other value, which the controller may refuse.
+def test_the_code_is_sent_without_a_change(code: int) -> None:
+    """Any code is sent unchanged, also with illegal robot numbers in bits 15 to 12.
 
     Source: guide chapter 1, 1.1: command code in bits 11 to 0, robot number in bits 15 to 12.
     """
@@ -72,7 +75,8 @@ def test_the_code_goes_out_as_it_is_given(code: int) -> None:
     plc["First.Code"], plc["First.Execute"] = code, True
     plc.scan_until(lambda: plc.words[0] != 0, most=3)
     assert f"16#{plc.words[0]:04X}" == f"16#{code:04X}"
-    for _ in range(5):  # held until the status comes, whatever other blocks request
+    # the code stays until a status arrives, even if other blocks request a command
+    for _ in range(5):
         plc.scan()
         assert plc.words == [code, *[0] * 15]
     plc.answer(0x0200, scans=1)
@@ -80,7 +84,7 @@ def test_the_code_goes_out_as_it_is_given(code: int) -> None:
 
 
 def test_an_abnormal_end_shows_alarm_group_and_category() -> None:
-    """The guide prints the soft limit alarm 2.334.
+    """After an abnormal end, the block shows the alarm until Execute falls (here 2.334).
 
     Source: guide chapter 1, 1.1: 0x0002 in m + 2, 0x014E in m + 4.
     """
@@ -97,7 +101,7 @@ def test_an_abnormal_end_shows_alarm_group_and_category() -> None:
 
 
 def test_the_status_reset_is_no_command() -> None:
-    """Source: guide chapter 4, 4.1."""
+    """Code 0 is refused with 16#8021, and other commands are not blocked. Source: guide 4.1."""
     plc = _plc()
     plc["First.Code"] = 0
     plc.change("First.Execute", to=True, scans=2)
@@ -119,8 +123,11 @@ def test_without_an_answer_the_response_is_zero() -> None:
     assert plc["First.Response"] == [0] * 15
 
 
-def test_a_status_that_never_becomes_ready_is_told_and_nothing_is_sent() -> None:
-    """Source: guide chapter 1, 1.2, code 0x0000."""
+def test_if_the_controller_never_becomes_ready_nothing_is_sent() -> None:
+    """If the controller never becomes ready, the block ends with 16#8015.
+
+    Source: guide 1.2, 0x0000.
+    """
     plc = _plc()
     plc.answer(0x0100)
     plc["First.Timeout"] = "T#500ms"
@@ -129,7 +136,7 @@ def test_a_status_that_never_becomes_ready_is_told_and_nothing_is_sent() -> None
     assert plc.words == [0] * 16
 
 
-def test_refused_while_the_controller_is_not_there() -> None:
+def test_without_cpu_ok_a_command_is_refused() -> None:
     plc = _plc()
     plc.outputs(SO01=False)
     plc.change("First.Execute", to=True, scans=2)
@@ -137,8 +144,11 @@ def test_refused_while_the_controller_is_not_there() -> None:
     assert plc.words == [0] * 16
 
 
-def test_an_abnormal_end_brings_the_words_of_its_response() -> None:
-    """Source: guide chapter 4, 4.2.6: an end by the stop input has the position, too."""
+def test_an_abnormal_end_shows_the_words_of_its_response() -> None:
+    """After an abnormal end, Response has all 15 words, for example a position.
+
+    Source: guide 4.2.6.
+    """
     plc = _plc()
     plc.change("First.Execute", to=True, scans=2)
     response = [12, 400, *range(1, 14)]
@@ -146,8 +156,11 @@ def test_an_abnormal_end_brings_the_words_of_its_response() -> None:
     assert plc["First.Response"] == response
 
 
-def test_words_that_stand_there_at_a_timeout_are_no_response() -> None:
-    """Source: guide chapter 1, 1.1: the response counts with an end status."""
+def test_after_a_timeout_the_response_is_zero() -> None:
+    """At a time-out, Response is 0, because words without an end status are not valid.
+
+    Source: guide chapter 1, 1.1.
+    """
     plc = _plc()
     plc["First.Timeout"], plc["First.Execute"] = "T#50ms", True
     plc.scan(2)

@@ -1,8 +1,8 @@
-"""Every command block runs at random beside FB_RemoteCommand, compared with a second reading.
+"""Command blocks with random inputs agree with an independent implementation of their rules.
 
-"Second reading" is an independent implementation of the rules in tests/support. The test plays the
-controller: it answers in any order, and disappears at times. Each scan of both blocks, and the data
-on the wire, must follow the rules of tests/support.
+This implementation, the "second reading", is in tests/support. FB_RemoteCommand runs in the same
+program. The test simulates a controller that answers at random and is sometimes not connected. The
+outputs of both blocks and the sent words are compared in each scan.
 """
 
 from __future__ import annotations
@@ -24,11 +24,11 @@ _SCAN_MS, _SPACING_MS = 40, 120
 _SCANS = 300
 _SHOWN = ("Done", "Busy", "Active", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _LIMITS_MS = (0, 80, 200, 480)
-#: Code and first data word of the other block's commands. The second command does not end by
-#: itself; the last row is no command.
+#: Code and first data word of the other block's commands. The second command is a continuous
+#: output, which does not end by itself. The last code is illegal.
 _TELEGRAMS = ((0x0501, 0x0000), (0x1506, 0x0001), (0x1505, 0x0000), (0x0000, 0x0000))
-#: Statuses that may follow a status while a code is on the wire. The same status is the most likely
-#: one.
+#: For each status, the statuses that may follow while a code is sent. A repeated entry is more
+#: likely.
 _FOLLOWS = {
     0x0000: (0x0000, 0x0000, 0x0100, 0x0100, 0x0200, 0x4000),
     0x0100: (0x0100, 0x0100, 0x0100, 0x0200, 0x4000, 0x0000),
@@ -38,7 +38,7 @@ _FOLLOWS = {
 
 
 class _Beside:
-    """The bench, and the second reading of the rules for its blocks."""
+    """The bench with two blocks, and the second reading of the rules for each of them."""
 
     def __init__(self, bench: CommandBench, name: str) -> None:
         self.chance = Random(name)
@@ -65,7 +65,7 @@ class _Beside:
         self.bench[f"{self.path[part]}.{pin}"] = value
 
     def draw(self) -> None:
-        """Draw the actions of user, network and controller before this scan."""
+        """Choose the next actions of user, network and controller at random."""
         for part, rule in self.rules.items():
             if not rule.busy and not rule.execute and self.often(0.3):
                 self._prepare(part, rule)
@@ -87,7 +87,7 @@ class _Beside:
             self.status = self.chance.choice((0, 0, 0, 0x0200, 0x4000))
 
     def _prepare(self, part: str, rule: CommandRule) -> None:
-        """Give Execute of a block a rising edge with new inputs."""
+        """Set random inputs of a block, and give Execute a rising edge."""
         rule.execute, rule.timeout = True, self.chance.choice(_LIMITS_MS)
         self._put(part, "Timeout", f"T#{rule.timeout}ms")
         if part == "rival":
@@ -104,7 +104,7 @@ class _Beside:
         self._put(part, "Execute", True)
 
     def scan(self, now: int) -> None:
-        """Run one scan of the block and of its second reading."""
+        """Run one scan of the program, and apply the rules of the second reading to it."""
         alarm = (self.chance.randrange(1, 99), self.chance.randrange(1, 999))
         self.bench.answer(self.status, alarm)
         self.bench.outputs(SO01=self.up["cpu"])
@@ -116,7 +116,7 @@ class _Beside:
         view.status, view.alarm = (self.status, alarm) if link else (0, (0, 0))
         view.out, view.running = self.head.phase == "PHASE_COMMAND_RUN", self.head.running
         view.asking = None
-        for part in ("rival", "block"):  # in the order of their calls
+        for part in ("rival", "block"):  # in the order in which the program calls the two blocks
             if self.calls[part]:
                 self.rules[part].scan(view)
                 if view.asking is self.rules[part]:
@@ -136,7 +136,7 @@ class _Beside:
         )
 
     def compare(self) -> None:
-        """Compare the outputs of both blocks and the written words."""
+        """Compare the outputs of both blocks and the sent words with the second reading."""
         for part, rule in self.rules.items():
             expected = (rule.done, rule.busy, rule.active, rule.number != 0, rule.number)
             wrong = differences(_SHOWN, self._look[part](), (*expected, *rule.alarm))
@@ -152,7 +152,10 @@ class _Beside:
 
 @pytest.mark.parametrize("name", sampled(BLOCKS, 4))
 def test_every_scan_is_the_one_that_the_rules_ask_for(name: str) -> None:
-    """Source: remote command guide, chapters 1 and 2; design of the library, 2 and 3."""
+    """Each scan agrees with the second reading.
+
+    Source: remote command guide, chapters 1 and 2; design of the library, 2 and 3.
+    """
     bench = bench_of(name, "builtin")
     start = bench.now_us // 1000 + _SPACING_MS
     beside = _Beside(bench, name)

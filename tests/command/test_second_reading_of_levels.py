@@ -1,8 +1,8 @@
-"""FB_Jog and FB_ContinuousPosition run at random with FB_RemoteCommand and a second reading.
+"""FB_Jog and FB_ContinuousPosition agree with an independent implementation of their rules.
 
-"Second reading" is an independent implementation of the rules in tests/support. The test plays the
-controller: it answers in any order, and disappears at times. Each scan of both blocks, and the data
-on the wire, must follow the rules of tests/support.
+This implementation, the "second reading", is in tests/support. FB_RemoteCommand runs in the same
+program. The test simulates a controller that answers at random and is sometimes not connected. The
+outputs of both blocks and the sent words are compared in each scan.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _SHOWN = ("Valid", "Busy", "Error", "ErrorID", "AlarmGroup", "AlarmCategory")
 _SHOWN_BY_RIVAL = ("Done", "Busy", "Active", *_SHOWN[2:])
 _SCANS = 1500
 _LIMITS_MS = (0, 120, 320, 800)
-#: Number of scans of a phase, in which the probabilities of disturbances and of other commands are
+#: Number of scans in a phase. Within a phase, the probabilities of faults and of other commands are
 #: constant.
 _PHASE_SCANS = 60
 _CALM, _RIVAL = (1.0, 0.3, 0.0), (1.0, 0.2, 0.0)
@@ -65,7 +65,7 @@ def _compiled(block: str) -> Program:
 
 
 class _Beside:
-    """The program, and the second reading of the rules for its blocks."""
+    """The program with two blocks, and the second reading of the rules for each of them."""
 
     def __init__(self, block: str, seed: int) -> None:
         self.chance = Random(f"{block} {seed}")
@@ -98,7 +98,7 @@ class _Beside:
         return self.chance.random() < rate
 
     def draw(self, scan: int) -> None:
-        """Draw the actions of user, cell and controller before this scan."""
+        """Choose the next actions of user, cell and controller at random."""
         if scan % _PHASE_SCANS == 0:
             self.calm, self.busy = self.chance.choice(_CALM), self.chance.choice(_RIVAL)
             self.silent = self.often(0.3)
@@ -154,7 +154,7 @@ class _Beside:
         return limit
 
     def _answer(self) -> None:
-        """Calculate the status of the controller. A jog ends at the latest when SI(06) is OFF."""
+        """Choose the controller's status. If SI(06) is OFF, a running jog ends with an alarm."""
         stopped = not self.head.inputs.applied["SI06_Stop"]
         if self.silent and self.often(0.95):
             return
@@ -169,7 +169,7 @@ class _Beside:
             self.response = [self.chance.randrange(65536) for _ in range(15)]
 
     def scan(self, now: int) -> None:
-        """Run one scan of the block and of its second reading."""
+        """Run one scan of the program, and apply the rules of the second reading to it."""
         on, view, head = self.on, self.view, self.head
         bits = on["SO01"] << 1 | on["SO00"] | 0x0110
         words = [self.status, *self.response, bits]
@@ -221,7 +221,7 @@ class _Beside:
         return f"{self.rule}, {self.rival}, {self.view}"
 
     def compare(self) -> None:
-        """Compare the outputs of both blocks, and the written words."""
+        """Compare the outputs of both blocks and the sent words with the second reading."""
         rule, rival = self.rule, self.rival
         shown = (rule.valid, rule.busy, rule.number != 0, rule.number, *rule.alarm)
         wrong = differences(_SHOWN, self._look(), shown)
@@ -247,7 +247,10 @@ class _Beside:
 @pytest.mark.parametrize("seed", range(2))
 @pytest.mark.parametrize("block", sorted(LEVELS))
 def test_every_scan_is_the_one_that_the_rules_ask_for(block: str, seed: int) -> None:
-    """Source: remote command guide, chapters 1 and 2, 4.2.6 and 4.7.4."""
+    """Each scan agrees with the second reading.
+
+    Source: guide, chapters 1 and 2, 4.2.6 and 4.7.4.
+    """
     beside = _Beside(block, seed)
     start = beside.program.snapshot()
     try:

@@ -1,4 +1,4 @@
-"""Texts in telegrams have two characters per word, the first one in the lower byte."""
+"""A word of a telegram contains two characters of a text, the first one in the lower byte."""
 
 from __future__ import annotations
 
@@ -32,12 +32,15 @@ def test_two_characters_go_into_a_word_the_first_into_the_lower_byte(plc: Progra
 
 
 def test_a_text_is_filled_with_spaces_to_sixteen_characters(plc: Program) -> None:
-    """Source: remote command guide 4.6.1: the rest of a name is spaces."""
+    """A short text is padded with spaces to 16 characters. Source: remote command guide 4.6.1."""
     assert _words(plc, "P1a") == [0x3150, 0x2061] + [0x2020] * 6
 
 
 def test_every_character_of_a_telegram_has_its_own_code(plc: Program) -> None:
-    """Source: remote command guide 4.3.2: characters 0x20 to 0x7E."""
+    """Each of the characters 0x20 to 0x7E is sent as its code.
+
+    Source: remote command guide 4.3.2.
+    """
     for first in range(0x20, 0x7F, 16):
         codes = range(first, min(first + 16, 0x7F))
         words = _words(plc, "".join(map(chr, codes)))
@@ -52,7 +55,10 @@ def test_every_character_of_a_telegram_has_its_own_code(plc: Program) -> None:
 def test_a_text_too_long_or_with_other_characters_is_refused(
     plc: Program, text: str, problem: int
 ) -> None:
-    """Source: remote command guide 4.3.2: 16 characters, 0x20 to 0x7E."""
+    """A text with more than 16 or other characters is refused.
+
+    Source: guide 4.3.2, 0x20 to 0x7E.
+    """
     plc.write("Main.Text", text)
     plc.scan(0)
     assert plc.read("Main.Problem") == problem
@@ -64,7 +70,7 @@ def test_a_text_too_long_or_with_other_characters_is_refused(
         ("", 0),
         ("A_Z09", 0),
         ("X" * 16, 0),
-        ("MAIN   ", 0),  # filler of a shorter name
+        ("MAIN   ", 0),  # trailing spaces are allowed
         ("A_Z 09", 0x8046),
         (" MAIN", 0x8046),
         ("A  B", 0x8046),
@@ -82,14 +88,14 @@ def test_a_text_too_long_or_with_other_characters_is_refused(
 def test_a_program_name_has_upper_case_letters_digits_and_underscores(
     plc: Program, name: str, problem: int
 ) -> None:
-    """Source: remote command guide 4.6.1."""
+    """A program name with other characters is refused. Source: remote command guide 4.6.1."""
     plc.write("Main.Text", name)
     plc.scan(0)
     assert plc.read("Main.NameProblem") == problem
 
 
 def test_of_all_characters_a_program_name_takes_37(plc: Program) -> None:
-    """Each character is tried after an A, because a leading space is filler, and before an A.
+    """A program name may contain 37 characters. Each of 127 characters is tried between two A.
 
     Source: remote command guide 4.6.1: letters (uppercase), numbers and underscores.
     """
@@ -105,8 +111,8 @@ def test_of_all_characters_a_program_name_takes_37(plc: Program) -> None:
 @pytest.mark.parametrize(
     ("words", "text"),
     [
-        ((0x4241, 0x0043, 0x4444), "ABC"),  # 0x00 ends the text
-        ((0x4241, 0x2043, 0x2020), "ABC"),  # spaces at the end
+        ((0x4241, 0x0043, 0x4444), "ABC"),  # 0x00 ends the text of an answer
+        ((0x4241, 0x2043, 0x2020), "ABC"),  # spaces at the end are removed
         ((0x4120, 0x4220, 0x0000), " A B"),
         ((0x2020, 0x2020, 0x2020), ""),
         ((0x0000, 0x4241, 0x0000), ""),
@@ -116,7 +122,7 @@ def test_of_all_characters_a_program_name_takes_37(plc: Program) -> None:
 def test_a_response_text_ends_at_zero_and_loses_its_trailing_spaces(
     plc: Program, words: tuple[int, int, int], text: str
 ) -> None:
-    """Source: remote command guide 4.3.2, whose example fills with 0x00."""
+    """The text of an answer ends at 0x00, and trailing spaces are removed. Source: guide 4.3.2."""
     for k, word in enumerate(words, 1):
         plc.write(f"Main.W{k}", word)
     plc.scan(0)
@@ -124,7 +130,7 @@ def test_a_response_text_ends_at_zero_and_loses_its_trailing_spaces(
 
 
 def test_every_character_comes_back(plc: Program) -> None:
-    """Source: remote command guide 4.3.2: characters 0x20 to 0x7E."""
+    """Each character of an answer is read correctly. Source: guide 4.3.2: 0x20 to 0x7E."""
     for code in range(0x21, 0x7F):
         plc.write("Main.W1", code)
         plc.scan(0)

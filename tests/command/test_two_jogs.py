@@ -1,4 +1,4 @@
-"""Of two FB_Jog for one robot, the idle one does not disturb the stop of the other."""
+"""If a program has two FB_Jog for one robot, the idle block does not change the other's stop."""
 
 from __future__ import annotations
 
@@ -23,8 +23,11 @@ END_PROGRAM
 
 
 @pytest.mark.parametrize("jog", ["First", "Second"])
-def test_a_jog_stops_at_once_whoever_is_called_before_or_after_it(jog: str) -> None:
-    """Source: remote command guide 4.2.6: SI(06) stops a jog."""
+def test_a_jog_stops_at_once_in_each_order_of_calls(jog: str) -> None:
+    """SI(06) turns OFF at once, whichever block is called first.
+
+    Source: remote command guide 4.2.6.
+    """
     plc = PlcBench(program=_PROGRAM)
     plc.power_up()
     plc.change(f"{jog}.Enable", to=True, scans=3)

@@ -1,8 +1,8 @@
-"""The 100 worked examples of the guide work with the block that a user would choose.
+"""The blocks agree with the 100 worked examples of the guide.
 
-The pins get the values that the text of an example describes. The words that are sent, and the
-outputs for the printed answer, must be those of the guide. If the printed words and the text
-disagree, `differs` in tests/data/worked_examples.toml gives the difference and the valid version.
+The pins have the values that an example describes. The sent words, and the outputs for the printed
+answer, must be those of the guide. If the words and the text of an example contradict each other,
+`differs` in tests/data/worked_examples.toml says what is right.
 """
 
 from __future__ import annotations
@@ -43,7 +43,10 @@ def _compare(plc: CommandBench, expected: Mapping[str, Value]) -> None:
 def test_the_block_sends_the_words_of_the_example_and_reads_its_answer(
     engine: str, number: int
 ) -> None:
-    """Source: remote command guide 4.2.1 to 4.9.3, the worked examples."""
+    """The block sends the printed words, and shows the printed answer.
+
+    Source: remote command guide 4.2.1 to 4.9.3, the worked examples.
+    """
     example = _EXAMPLES[number]
     name, more = EXAMPLE_BLOCKS[number]
     plc = bench_of(name, engine)
@@ -67,10 +70,12 @@ def _jog(engine: str) -> CommandBench:
 
 @pytest.mark.parametrize("engine", ENGINES, scope="module")
 @pytest.mark.parametrize("number", _JOGS)
-def test_a_jog_sends_the_words_of_the_example_and_reads_the_positions_beside_12_400(
+def test_a_jog_sends_the_words_of_the_example_and_shows_its_position(
     engine: str, number: int
 ) -> None:
-    """The block itself switches OFF the stop input that ends the jog.
+    """A jog sends the printed words, and shows the position of its end with alarm 12.400.
+
+    The block itself turns SI(06) OFF, which ends the jog.
 
     Source: remote command guide 4.2.6, examples
     """
@@ -95,7 +100,10 @@ def test_a_jog_sends_the_words_of_the_example_and_reads_the_positions_beside_12_
 
 
 def test_all_hundred_examples_have_a_block() -> None:
-    """Source: remote command guide 4.2.1 to 4.9.3, the worked examples."""
+    """Each of the 100 examples has a block, and six examples are corrected.
+
+    Source: remote command guide 4.2.1 to 4.9.3, the worked examples.
+    """
     assert list(EXAMPLE_BLOCKS) == sorted(_EXAMPLES) == list(range(1, 101))
     corrected = {number for number, one in _EXAMPLES.items() if "meant_command" in one}
     assert corrected == {29, 42, 43, 44, 47, 73}

@@ -1,4 +1,4 @@
-"""The contract runs detect faults: each copy of the library has a fault that a run must report."""
+"""The contract runs report each fault that was put into a copy of the library."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ _HEAD, _JOG = "core/FB_RcxMakeHead.st", "command/movement/FB_Jog.st"
 _IDLE = "  IF NOT (Execute OR Busy OR Done OR Error) THEN\n"
 
 
-def _told(lib: Path, block: str) -> Iterator[str]:
-    """Return the message of each failing case."""
+def _messages(lib: Path, block: str) -> Iterator[str]:
+    """Run all cases of a block, and yield the message of each failing case."""
     bench = ContractBench(block, sorted(lib.rglob("*.st")))
     for case in cases(block):
         try:
@@ -47,7 +47,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 _JOB,
                 "IF Answer = WORD#16#8001 OR",
                 "IF NOT Execute THEN ErrorID := WORD#16#8013; ELSIF Answer = WORD#16#8001 OR",
-                "the end is Error 16#8013, expected 16#0000",
+                "the block ended with Error 16#8013, expected 16#0000",
             ),
             (
                 "an edge while busy starts again",
@@ -88,7 +88,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 _JOB,
                 "    ELSIF Longest = 0 OR Waited < Longest THEN\n",
                 "    ELSIF Longest >= 0 THEN\n",
-                "it hangs: Busy for more than 40 scans",
+                "the block hangs: Busy for more than 40 scans",
             ),
             (
                 "Done without the answer",
@@ -96,7 +96,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 _JOB,
                 "Active AND Armed AND Applied AND Answer <> WORD#16#0000 THEN",
                 "Active AND Armed AND Applied THEN",
-                "Done/Valid, but the controller does not say so",
+                "Done/Valid, but the controller's outputs do not confirm it",
             ),
             (
                 "the data come with the code",
@@ -136,7 +136,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 _TAKE_HEAD,
                 "    Robot.Inner.Answer := WORD#16#8020; (* Abnormal end *)\n",
                 "    Robot.Inner.Answer := WORD#16#0200;\n",
-                "the end is Done/Valid, but that is not what happened",
+                "the block ended with Done/Valid, but its cause did not occur",
             ),
             (
                 "the group is not that of the alarm",
@@ -179,7 +179,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 _IDLE,
                 f"  IF Robot.SO.SO03_Alarm THEN\n"
                 f"    Robot.Inner.Request := WORD#16#0002;\n  END_IF;\n{_IDLE}",
-                "a request goes out unasked",
+                "an input is switched ON without a request",
             ),
             (
                 "a wrong code",
@@ -187,7 +187,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 "command/definition/FB_ReadPoint.st",
                 "WORD#16#0101",
                 "WORD#16#0102",
-                "the code 0x0102 is not this block's",
+                "the code 0x0102 is not a command of this block",
             ),
             (
                 "a jog that is not stopped",
@@ -195,7 +195,7 @@ def _told(lib: Path, block: str) -> Iterator[str]:
                 _JOG,
                 "Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND Job.Busy);",
                 "Robot.Inner.StopJog := Robot.Inner.StopJog OR (Out AND Halt AND NOT Job.Busy);",
-                "the jog goes on with SI(06) ON although Enable is FALSE",
+                "the jog continues with SI(06) ON although Enable is FALSE",
             ),
             (
                 "a level block that is Valid without Enable",
@@ -211,10 +211,10 @@ def _told(lib: Path, block: str) -> Iterator[str]:
 def test_a_broken_block_is_found(
     block: str, file: str, right: str, wrong: str, expected: str
 ) -> None:
-    told = set()
+    reported = set()
     with broken_library(file, right, wrong) as lib:
-        for text in _told(lib, block):
-            told.add(text)
+        for text in _messages(lib, block):
+            reported.add(text)
             if expected in text:
                 return
-    pytest.fail(f"not told: {expected}; told: {sorted(told)}")
+    pytest.fail(f"the fault was not reported: {expected}; reported: {sorted(reported)}")

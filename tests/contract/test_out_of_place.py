@@ -1,7 +1,7 @@
-"""Every block is refused before FB_ReadArea and after FB_WriteArea, and sends nothing.
+"""A block that is called before FB_ReadArea or after FB_WriteArea ends with an error.
 
-One program contains all blocks, which are tried one after the other. With matiec it contains only
-some blocks, because compiling takes long.
+It sends nothing. One program contains all blocks, and the test calls one block at a time. With
+matiec the program contains only some blocks, because compiling takes long.
 
 Source: docs/reference/errors.md, 16#8017; docs/explanation/scan-model.md, where a block is called.
 """
@@ -23,17 +23,17 @@ from structured_text.engines.base import Value
 
 OUT_OF_PLACE = 0x8017
 PLACES = ("Early", "Late")
-#: Blocks that request nothing from the controller. Out of place they only show values of an earlier
-#: scan.
+#: Blocks that only read. At a wrong place in the program they show values of an earlier scan.
 LOOKING = ("FB_AutoMode", "FB_Interlock", "FB_Status")
-#: Blocks that switch their input OFF wherever they are called; see tests/area/test_out_of_place.py.
+#: Blocks that turn their input OFF at any place in the program; see
+#: tests/area/test_out_of_place.py.
 STOPPING = {"FB_EmergencyStop": 0x0001, "FB_ProgramStop": 0x0040}
 BLOCKS = [name for name in (*library().edge, *library().level) if name not in LOOKING]
 _MATIEC_BLOCKS = (
     *("FB_MoveIDirectMm", "FB_RemoteCommand", "FB_ContinuousPosition", "FB_Jog", "FB_ServoOn"),
     *("FB_PowerUp", "FB_EmergencyStop", "FB_SequenceControl", "FB_ToolPosition"),
 )
-#: Outputs of the controller that keep these blocks working for some scans.
+#: Outputs of the controller that keep each of these blocks Busy for some scans.
 _OUTPUTS = {
     "FB_AlarmReset": {"SO03": True},
     "FB_ProgramReset": {"SO14": False},
@@ -42,12 +42,14 @@ _OUTPUTS = {
 }
 _BOTH = {**SCENARIOS, **LEVELS}
 _END, _READY = 0x0200, 0x0000
-#: SI(00) and SI(06), the lowest byte of the inputs first.
+#: SI(00) and SI(06): the dedicated inputs that are ON without a request.
 _LEVELS = 0x0041
 
 
 class Places(PlcBench):
-    """A block that can be called at three places of a scan, and another command block in its place.
+    """A program that calls a block before FB_ReadArea, after FB_WriteArea, or between them.
+
+    Another command block is always called between them.
 
     Args:
         engine: The engine that runs the program.
@@ -67,7 +69,10 @@ class Places(PlcBench):
         self._start = self.program.snapshot(), self.now_us, bytes(self.so)
 
     def choose(self, block: str) -> None:
-        """Return to the initial state and select this block, which is not called yet."""
+        """Restore the initial state, and select a block.
+
+        The program does not call the block yet.
+        """
         snapshot, self.now_us, so = self._start
         self.program.restore(snapshot)
         self.so[:] = so
@@ -82,12 +87,12 @@ class Places(PlcBench):
             self[f"{self.name}{'' if shared else '.'}{pin}"] = value
 
     def call(self, *places: str) -> None:
-        """Call the block at these places from now on."""
+        """Let the program call the block at the given places in each later scan."""
         for place in ("Early", "There", "Late"):
             self[place] = place in places
 
     def go(self, on: bool = True) -> None:
-        """Set Execute or Enable of the block."""
+        """Set the block's input Execute or Enable to TRUE or FALSE."""
         self[f"{self.name}.{self.start}"] = on
 
     def pin(self, name: str) -> Value:
@@ -96,17 +101,17 @@ class Places(PlcBench):
 
     @property
     def error(self) -> int:
-        """Return the ErrorID, or 0 without Error."""
+        """Return the block's ErrorID, or 0 if Error is FALSE."""
         return int(self.pin("ErrorID")) if self.pin("Error") else 0
 
     @property
     def works(self) -> bool:
-        """Return whether the block is Busy or, if it has Enable, Valid."""
+        """Return whether the block is Busy, or Valid if it has an input Enable."""
         return bool(self.pin("Busy")) or (self.start == "Enable" and bool(self.pin("Valid")))
 
     @property
     def applied(self) -> int:
-        """Return the dedicated inputs that are ON in the written area."""
+        """Return the 16 dedicated inputs in the output area as a number, SI(00) in bit 0."""
         return int.from_bytes(self.image[32:34], "little")
 
     def scan(self, count: int = 1) -> None:
@@ -121,9 +126,9 @@ class Places(PlcBench):
             self.on |= int.from_bytes(area[32:], "little") & ~_LEVELS
 
     def finish(self) -> None:
-        """Answer as a controller does: end every command, including that of the other block.
+        """Answer all commands as a controller does, until the block and the other block have ended.
 
-        Then reset. After a jog, the other command waits until SI(06) is ON again.
+        After a jog, the other command waits until SI(06) is ON again.
         """
         for scan in range(60):
             self.answer(_END if self.code else _READY)
@@ -171,7 +176,7 @@ def _bench(engine: str) -> Places:
 
 
 def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
-    """Run a test case for every block, and list all blocks that fail."""
+    """Run a check for every block, and report all blocks that fail."""
     plc, failed = _bench(engine), []
     for block in plc.blocks:
         plc.choose(block)
@@ -184,12 +189,12 @@ def _each(engine: str, judge: Callable[[Places, str], None]) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("place", PLACES)
-def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out(
+def test_a_block_that_starts_out_of_place_ends_at_once_and_sends_nothing(
     engine: str, place: str
 ) -> None:
-    """Execute stays TRUE, but a later request is not sent either.
+    """A block that starts at a wrong place ends with 16#8017 in this call.
 
-    Another block works in the meantime.
+    While Execute stays TRUE, the block sends nothing. The other block works.
 
     Source: docs/reference/errors.md, 16#8017.
     """
@@ -217,12 +222,13 @@ def test_a_block_that_begins_out_of_place_ends_in_that_call_and_nothing_goes_out
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("place", PLACES)
 @pytest.mark.parametrize("also", [False, True], ids=["moved", "twice"])
-def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_more_goes_out(
+def test_a_busy_block_that_is_called_out_of_place_ends_and_sends_nothing_more(
     engine: str, place: str, also: bool
 ) -> None:
-    """A command that was already sent stays on the wire until its end.
+    """A busy block that is called at a wrong place ends with 16#8017.
 
-    Then the next block gets the turn.
+    A command that was already sent stays in the output area until its end. Then the other block
+    works.
 
     Source: docs/reference/errors.md, 16#8017; guide chapter 2: code and data stand until the
     status is seen.
@@ -253,10 +259,13 @@ def test_a_block_that_is_called_out_of_place_while_it_is_busy_ends_and_nothing_m
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_block_that_is_put_back_into_its_place_works_with_a_new_edge_and_only_once(
+def test_a_block_in_its_place_again_starts_once_at_the_next_edge(
     engine: str,
 ) -> None:
-    """Source: docs/reference/errors.md, 16#8017, remedy."""
+    """A block that is called at its right place again starts once, at the next rising edge.
+
+    Source: docs/reference/errors.md, 16#8017, remedy.
+    """
 
     def judge(plc: Places, block: str) -> None:
         for place in PLACES:

@@ -1,4 +1,4 @@
-"""The bench without a robot, which most tests of single blocks use, also checks the contract."""
+"""PlcBench, which simulates no robot, checks the contract of the blocks in every test."""
 
 from __future__ import annotations
 
@@ -25,12 +25,14 @@ def _bench() -> PlcBench:
     return PlcBench(program=plc_bench.ROOT / "tests/data/library/Sequences.st", engine="builtin")
 
 
-def test_a_right_block_passes() -> None:
+def test_a_correct_block_passes() -> None:
     _servo_on(_bench())
 
 
 @pytest.mark.exhaustive
-def test_a_broken_block_is_found_wherever_it_is_used(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_broken_block_is_found_in_every_test_with_a_bench(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
     right = "ELSIF NOT Execute OR NOT WasExecute THEN"
     with broken_library("core/FB_RcxJob.st", right, "ELSIF Execute AND NOT WasExecute THEN") as lib:
         monkeypatch.setattr(plc_bench, "LIBRARY", sorted(lib.rglob("*.st")))

@@ -1,4 +1,4 @@
-"""Panels have texts for every alarm, error and name in both languages, and no others."""
+"""The panel texts cover every alarm, error and name, in each language."""
 
 from __future__ import annotations
 
@@ -47,7 +47,7 @@ def plc(request: pytest.FixtureRequest) -> Program:
 
 
 def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, str]]:
-    """Return Known and the lines of a text, with its bytes decoded as UTF-8."""
+    """Run a text block, and return its output Known and the lines of its text, decoded as UTF-8."""
     for name, value in inputs.items():
         plc.write(f"Main.{name}", value)
     plc.scan(0)
@@ -61,7 +61,7 @@ def _shown(plc: Program, block: str, **inputs: object) -> tuple[bool, dict[str, 
 
 
 def _joined(first: str, second: str) -> str:
-    """Join two lines to the text from which they were made, without spaces."""
+    """Join the two lines of a text and remove all spaces."""
     return (first + second).replace(" ", "")
 
 
@@ -69,7 +69,7 @@ def _is_told(lines: dict[str, str], row: dict[str, str], suffix: str) -> None:
     assert lines["Name"] == row[f"name{suffix}"]
     for key in ("Cause", "Remedy"):
         text = row[f"{key.lower()}{suffix}"]
-        assert lines[f"{key}1"], "the first line comes first"
+        assert lines[f"{key}1"], "the first line must not be empty"
         assert _joined(lines[f"{key}1"], lines[f"{key}2"]) == text.replace(" ", "")
 
 
@@ -148,8 +148,11 @@ def test_english_texts_are_plain_ascii_and_each_has_a_japanese_one() -> None:
         assert [row[key].isascii() for key in sorted(keys)] == [True, False] * (len(keys) // 2)
 
 
-def test_each_remote_command_has_its_name_whatever_the_robot(plc: Program) -> None:
-    """Source: guide 3, the table of commands."""
+def test_each_remote_command_has_its_name_for_every_robot(plc: Program) -> None:
+    """The name does not depend on the robot number in the code.
+
+    Source: guide 3, table of commands.
+    """
     for code, command in spec.commands().items():
         for robot in (0, 1, 4) if code else ():
             plc.write("Main.Code", code | robot << 12)
@@ -157,8 +160,11 @@ def test_each_remote_command_has_its_name_whatever_the_robot(plc: Program) -> No
             assert plc.read("Main.Name") == command.name
 
 
-def test_a_code_that_is_no_command_has_no_name(plc: Program) -> None:
-    """16#0000 is the status reset, which blocks do not send as a command. Source: guide 4.1."""
+def test_a_code_without_a_command_has_no_name(plc: Program) -> None:
+    """A code without a command gives an empty name, as does the status reset 16#0000.
+
+    Source: guide 4.1.
+    """
     for code in (0x0000, 0x1000, 0x0005, 0x0FFF, 0x0700 + 0x50):
         plc.write("Main.Code", 0x0001)
         plc.scan(0)
@@ -167,7 +173,7 @@ def test_a_code_that_is_no_command_has_no_name(plc: Program) -> None:
         assert plc.read("Main.Name") == "", hex(code)
 
 
-def test_each_dedicated_bit_has_the_name_of_the_manual_and_no_other_number_has_one(
+def test_only_dedicated_bits_have_names_and_the_names_are_those_of_the_manual(
     plc: Program,
 ) -> None:
     """Source: manual chapter 5, 2."""
@@ -180,13 +186,13 @@ def test_each_dedicated_bit_has_the_name_of_the_manual_and_no_other_number_has_o
             assert plc.read("Main.Signal") == names.get(number, ""), hex(number)
 
 
-# ---- the texts in ST
+# ---- the generated texts in structured text
 
 
 @pytest.mark.parametrize("path", text_files())
-def test_the_generated_files_are_current_and_say_so(path: str) -> None:
+def test_the_generated_files_are_current_and_marked_as_generated(path: str) -> None:
     text = text_files()[path]()
-    assert (ROOT / path).read_bytes() == text.encode(), "run `make docs`"
+    assert (ROOT / path).read_bytes() == text.encode(), "the file is out of date: run `make docs`"
     if path.endswith(".st"):
         assert "by `make docs`" in text.partition("*)")[0]
         assert text.isascii()
@@ -220,15 +226,18 @@ def test_a_text_that_does_not_fit_is_refused(text: str) -> None:
         ("あz8", "'$E3$81$82z8'"),
     ],
 )
-def test_bytes_beyond_ascii_are_escapes_and_what_would_belong_to_them_too(
+def test_bytes_beyond_ascii_and_hexadecimal_digits_after_them_are_escaped(
     text: str, expected: str
 ) -> None:
-    """Source: IEC 61131-3, character strings: `$` and two hexadecimal digits are one byte."""
+    """A byte beyond ASCII is written as `$` and two hexadecimal digits, and so is a digit after it.
+
+    Source: IEC 61131-3, character strings.
+    """
     assert literal(text) == expected
 
 
 def test_the_table_for_panels_has_every_alarm_error_command_and_signal() -> None:
-    """The status reset is not listed, because a panel never shows it."""
+    """The table for panels is complete. The status reset is left out, because no panel shows it."""
     text = (ROOT / "docs/reference/texts.csv").read_text(encoding="utf-8-sig")
     rows = list(csv.DictReader(io.StringIO(text)))
     counts: dict[str, int] = {}

@@ -1,7 +1,4 @@
-"""FB_ChannelStatus shows which block has the turn, for how long, and which blocks wait.
-
-The test plays the controller.
-"""
+"""FB_ChannelStatus shows the block that holds a channel, for how long, and how many blocks wait."""
 
 from __future__ import annotations
 
@@ -16,7 +13,7 @@ from plc_bench import ROOT, PlcBench
 
 
 class Channels:
-    """The block alone, called every 10 ms."""
+    """A program with FB_ChannelStatus alone, called every 10 ms."""
 
     def __init__(self) -> None:
         self._alone = _alone()
@@ -37,7 +34,7 @@ class Channels:
             self._alone.scan(self._now_ms)
 
     def change(self, path: str, *, to: Any, scans: int = 1) -> None:
-        """Write a variable, then run scans."""
+        """Write a value to a variable, then run `scans` scans."""
         self[path] = to
         self.scan(scans)
 
@@ -76,8 +73,11 @@ def test_a_turn_is_counted_from_the_scan_in_which_it_is_first_seen(channel: str)
 
 
 @_BOTH
-def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
-    """The time stays below 2^31 - 1 ms, the limit of the DINT that some PLCs use for TIME."""
+def test_a_turn_that_never_ends_stays_stuck(channel: str) -> None:
+    """A turn that never ends is Stuck, and its time is limited to less than 2^31 - 1 ms.
+
+    Some PLCs store TIME in a DINT, so a larger value would overflow.
+    """
     block = Channels()
     block.change(f"Robot.Inner.{channel}.NextTicket", to=1, scans=2)
     block[f"Block.{channel}Channel.Turn.Held"] = 2_147_390_000
@@ -87,21 +87,19 @@ def test_a_turn_that_is_never_given_back_stays_stuck(channel: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("held", "then"), [(2_147_399_999, 2_147_400_009), (2_147_400_000, 2_147_400_000)]
+    ("stored_ms", "shown_ms"), [(2_147_399_999, 2_147_400_009), (2_147_400_000, 2_147_400_000)]
 )
 @_BOTH
-def test_the_time_of_a_turn_stays_where_it_has_reached_its_end(
-    channel: str, held: int, then: int
-) -> None:
-    """At its limit the shown time stays constant, even after a reset of the longest turn.
+def test_the_time_of_a_turn_stops_at_its_limit(channel: str, stored_ms: int, shown_ms: int) -> None:
+    """The shown time of a turn stops at its limit, even after a reset of the longest turn.
 
     Source: head of RCX_TURN, 24 days.
     """
     block = Channels()
     block[f"Robot.Inner.{channel}.NextTicket"] = 1
     block.change("Block.Reset", to=True, scans=2)
-    block.change(f"Block.{channel}Channel.Turn.Held", to=held)
-    assert (block[channel]["Held"], block[channel]["Longest"]) == (then, 0)
+    block.change(f"Block.{channel}Channel.Turn.Held", to=stored_ms)
+    assert (block[channel]["Held"], block[channel]["Longest"]) == (shown_ms, 0)
 
 
 @_BOTH
@@ -117,7 +115,7 @@ def test_the_next_turn_begins_at_zero_also_without_a_pause(channel: str) -> None
 
 
 def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
-    """While the channel is free, it shows the ticket of the next turn."""
+    """A turn after a pause begins at 0 ms, although the free channel has the same ticket number."""
     block = Channels()
     block.scan(10)
     block.change("Robot.Inner.Command.NextTicket", to=1)
@@ -129,10 +127,13 @@ def test_a_turn_that_comes_after_a_pause_begins_at_zero() -> None:
     ("serving", "following", "waiting"),
     [(0, 1, 0), (0, 4, 3), (65535, 0, 0), (65534, 2, 3), (5, 5, 0)],
 )
-def test_those_behind_the_holder_wait(
+def test_waiting_counts_the_tickets_after_the_holder(
     channel: str, serving: int, following: int, waiting: int
 ) -> None:
-    """Tickets continue with 0 after 65535. Source: RCX_CHANNEL."""
+    """Waiting counts the tickets after the holder's ticket; 0 follows 65535.
+
+    Source: RCX_CHANNEL.
+    """
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = serving
     block.change(f"Robot.Inner.{channel}.NextTicket", to=following)
@@ -142,8 +143,8 @@ def test_those_behind_the_holder_wait(
 
 
 @_BOTH
-def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None:
-    """When the link is lost, all waiting blocks end with an error."""
+def test_if_all_blocks_end_in_one_scan_no_block_waits(channel: str) -> None:
+    """If the link is lost and all blocks end in one scan, no block holds the channel or waits."""
     block = Channels()
     block.change(f"Robot.Inner.{channel}.NextTicket", to=3)
     assert block[channel]["Waiting"] == 2
@@ -152,8 +153,8 @@ def test_several_that_end_in_one_scan_leave_nobody_waiting(channel: str) -> None
 
 
 @_BOTH
-def test_the_turn_after_the_last_number_is_a_new_one(channel: str) -> None:
-    """Tickets continue with 0 after 65535. Source: RCX_CHANNEL."""
+def test_ticket_0_after_65535_is_a_new_turn(channel: str) -> None:
+    """Ticket 0 after ticket 65535 begins a new turn with time 0. Source: RCX_CHANNEL."""
     block = Channels()
     block[f"Robot.Inner.{channel}.Serving"] = 65535
     block.change(f"Robot.Inner.{channel}.NextTicket", to=1, scans=3)
@@ -184,7 +185,7 @@ def test_a_turn_above_its_limit_is_stuck(channel: str, limit: int) -> None:
 
 @_BOTH
 @pytest.mark.parametrize(("limit", "stuck"), [(None, True), (0, False)])
-def test_the_limit_is_a_minute_and_zero_is_none(
+def test_the_default_limit_is_a_minute_and_zero_means_no_limit(
     channel: str, limit: int | None, stuck: bool
 ) -> None:
     block = Channels()
@@ -213,8 +214,11 @@ def test_the_longest_turn_is_kept_until_reset(channel: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine: str) -> None:
-    """Source: guide chapter 2: a command is held to its end."""
+def test_commands_take_turns_and_a_command_without_its_block_is_an_orphan(engine: str) -> None:
+    """Commands run one after the other. If the program stops calling a busy block, Orphan is TRUE.
+
+    Source: guide chapter 2: a command is held to its end.
+    """
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine, contract=False)
     plc.power_up()
     for name, code in (("Command", 0x1001), ("Second", 0x0505), ("Third", 0x0506)):
@@ -235,10 +239,13 @@ def test_commands_take_turns_and_one_that_has_lost_its_block_is_an_orphan(engine
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_story(
+def test_a_sequence_is_shown_and_logged_by_its_dedicated_input(
     engine: str,
 ) -> None:
-    """Servo on turns SI(01) ON, SO(02) ON, and SI(01) OFF. Source: manual chapter 5, 3.1."""
+    """During servo on, the status shows SI(01); the log has the steps SI(01), SO(02), SI(01).
+
+    Source: manual chapter 5, 3.1.
+    """
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
     plc.power_up()
     plc.change("ServoOn.Execute", to=True, scans=14)
@@ -252,10 +259,10 @@ def test_a_sequence_is_shown_by_its_dedicated_input_and_the_log_tells_the_same_s
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_command_that_ends_abnormally_is_in_the_log_with_the_error_of_its_block(
+def test_a_command_that_ends_abnormally_is_logged_with_the_error_of_its_block(
     engine: str,
 ) -> None:
-    """Source: guide chapters 1 and 2."""
+    """The log has the same alarm and error as the block. Source: guide chapters 1 and 2."""
     plc = PlcBench(program=ROOT / "tests/data/library/Diagnosis.st", engine=engine)
     plc.power_up()
     plc["Command.Code"] = 0x1001

@@ -1,6 +1,6 @@
 """FB_CommandRecorder records events and detects faults.
 
-The test plays the robot: it writes RCX_REF as FB_ReadArea and FB_WriteArea would.
+The test writes RCX_REF as FB_ReadArea and FB_WriteArea do in a real program.
 """
 
 from __future__ import annotations
@@ -16,17 +16,17 @@ from recorder_bench import Recorder, connected, short
 
 @pytest.fixture
 def recorder() -> Recorder:
-    """Return a recorder after Connected and CPU_OK, with one row in its log: SO(01)."""
+    """Return a recorder with a connection and CPU_OK. Its log has two rows: the link and SO(01)."""
     return connected()
 
 
 # ---- commands
 
 
-def test_a_command_is_kept_at_its_end_with_its_status_and_how_long_it_was_out(
+def test_a_command_is_recorded_at_its_end_with_status_and_duration(
     recorder: Recorder,
 ) -> None:
-    """The command is out in the scans at 20, 30 and 40 ms, and ends in the scan at 50 ms.
+    """An entry has the command's end time and duration: sent at 20, 30 and 40 ms, ended at 50 ms.
 
     Source: guide chapter 2.
     """
@@ -58,10 +58,13 @@ def test_the_command_that_is_out_is_shown_with_its_time(recorder: Recorder) -> N
     assert recorder["Rows"][0]["Duration"] == 50
 
 
-def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_command(
+def test_an_abnormal_end_is_a_fault_with_its_alarm_and_the_data_of_the_command(
     recorder: Recorder,
 ) -> None:
-    """Source: guide chapter 1, 1.2, code 0x4000; 0x0002 and 0x014E are 2.334."""
+    """An abnormal end is a fault with its alarm (0x0002 and 0x014E are 2.334) and its data.
+
+    Source: guide chapter 1, 1.2, code 0x4000.
+    """
     data = [4, 0, 50, 19, *range(11)]
     recorder["Robot.Inner.Data"] = data
     recorder.command(0x4000, Response=[2, 334, *[0] * 13])
@@ -73,7 +76,10 @@ def test_an_abnormal_end_brings_its_alarm_and_is_a_fault_with_the_words_of_the_c
 
 
 def test_only_an_abnormal_end_has_an_alarm(recorder: Recorder) -> None:
-    """The words of a normal end are its response. Source: guide chapter 1, 1.2."""
+    """After a normal end the entry has no alarm, because the words are a response.
+
+    Source: guide chapter 1, 1.2.
+    """
     recorder.command(0x0200, Response=[2, 334, *[0] * 13])
     assert (recorder["Rows"][0]["Group"], recorder["Rows"][0]["Category"]) == (0, 0)
 
@@ -82,16 +88,16 @@ def test_only_an_abnormal_end_has_an_alarm(recorder: Recorder) -> None:
     ("group", "category", "fault"),
     [(12, 400, False), (12, 401, True), (11, 400, True), (2, 334, True)],
 )
-def test_a_stop_is_no_fault_but_every_other_alarm_is(
+def test_every_alarm_except_a_stop_is_a_fault(
     recorder: Recorder, group: int, category: int, fault: bool
 ) -> None:
-    """Source: guide 4.2.6: a jog ends abnormally by the stop input, 0x000C and 0x0190."""
+    """Alarm 12.400 is not a fault, because a stop input ends a jog with it. Source: guide 4.2.6."""
     recorder.command(0x4000, Response=[group, category, *[0] * 13])
     assert (recorder["Fault"]["Kind"] == "LOG_COMMAND") is fault
 
 
-def test_a_continuous_output_that_the_plc_ends_is_no_fault(recorder: Recorder) -> None:
-    """Source: guide 4.7.4: it has no end status; the status is still 0x0100."""
+def test_the_end_of_a_continuous_output_is_not_a_fault(recorder: Recorder) -> None:
+    """A continuous output that ends with status 0x0100 is not a fault. Source: guide 4.7.4."""
     recorder.command(0x0100, code=0x0505)
     assert recorder.rows()[0] == ("LOG_COMMAND", 0x0505, 0x0100)
     assert recorder["Fault"]["Kind"] == "LOG_NOTHING"
@@ -105,10 +111,13 @@ def test_a_continuous_output_that_the_plc_ends_is_no_fault(recorder: Recorder) -
         ({"Connected": False, "SO__SO01_CpuOk": False}, 0x8001),
     ],
 )
-def test_a_command_without_an_end_has_the_error_id_that_its_block_has(
+def test_a_command_without_an_end_status_has_the_error_id_of_its_block(
     recorder: Recorder, change: dict[str, Any], result: int
 ) -> None:
-    """Source: docs/reference/errors.md, 16#8014, 16#8002 and 16#8001."""
+    """A command that ends without an end status is logged with the ErrorID of its cause.
+
+    Source: docs/reference/errors.md, 16#8014, 16#8002 and 16#8001.
+    """
     recorder.command(0x0000, **change)
     ends = [row for row in recorder.rows() if row[0] == "LOG_COMMAND"]
     assert ends == [("LOG_COMMAND", 0x1001, result)]
@@ -128,7 +137,7 @@ def test_the_words_of_a_command_are_those_it_went_out_with(recorder: Recorder) -
     assert recorder["FaultData"] == [7] * 15
 
 
-# ---- dedicated bits and the link
+# ---- tests of dedicated bits and of the link
 
 _BITS = [
     *(("SO", signal) for signal in spec.signals().output),
@@ -139,10 +148,13 @@ _BITS = [
 @pytest.mark.parametrize(
     ("direction", "signal"), _BITS, ids=lambda part: getattr(part, "short", str(part))
 )
-def test_each_change_of_a_dedicated_bit_is_kept_by_the_number_of_the_manual(
+def test_each_change_of_a_dedicated_bit_is_recorded_with_its_number(
     recorder: Recorder, direction: str, signal: spec.Signal
 ) -> None:
-    """Source: manual chapter 5, 2."""
+    """Each change of a dedicated bit is one entry with the bit's number.
+
+    Source: manual chapter 5, 2.
+    """
     kind = {"SO": "LOG_OUTPUT", "SI": "LOG_INPUT"}[direction]
     number = int(signal.short[2:], 16)
     path = f"Robot.{direction}.{signal.name}"
@@ -176,10 +188,13 @@ def test_several_changes_in_one_scan_are_kept_in_the_order_of_their_numbers(
     ]
 
 
-def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_changes_are_kept(
+def test_without_a_link_changes_of_outputs_are_not_recorded(
     recorder: Recorder,
 ) -> None:
-    """Source: manual chapter 1, 5: no communication in the error state."""
+    """Without a link, changes of outputs are not recorded.
+
+    Source: manual chapter 1, 5: no communication in the error state.
+    """
     recorder["Robot.Connected"] = False
     recorder["Robot.SO.SO01_CpuOk"] = False
     recorder.change("Robot.SI.SI06_Stop", to=True, scans=3)
@@ -192,10 +207,10 @@ def test_without_a_link_outputs_are_not_believed_and_afterwards_only_real_change
     assert short(recorder["Fault"]) == ("LOG_LINK", 0, 0)
 
 
-def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
+def test_without_a_link_changes_of_inputs_are_recorded(
     recorder: Recorder,
 ) -> None:
-    """FB_WriteArea itself switches inputs OFF when the link is lost.
+    """When the link is lost, FB_WriteArea turns inputs OFF. These changes are recorded.
 
     Source: manual chapter 1, 5: SI(00) and SI(06) are OFF in the error state.
     """
@@ -209,8 +224,10 @@ def test_without_a_link_inputs_are_still_believed_and_outputs_stay_as_they_were(
     assert recorder["Total"] == before + 2
 
 
-def test_what_is_on_when_the_link_comes_is_kept_but_is_no_fault() -> None:
-    """Until SI(00) is ON, the controller is in emergency stop with alarm 12.600.
+def test_outputs_that_are_on_when_the_link_starts_are_no_faults() -> None:
+    """Outputs that are ON when the link starts are recorded, but are not faults.
+
+    Until SI(00) is ON, the controller is in emergency stop with alarm 12.600.
 
     Source: manual chapter 5, 3.1
     """
@@ -232,7 +249,7 @@ def test_time_is_counted_in_milliseconds_since_the_first_call(recorder: Recorder
     assert recorder["Rows"][0]["Moment"] == 1240
 
 
-# ---- errors of blocks
+# ---- tests of the errors of blocks
 
 
 def test_each_new_error_of_a_block_is_kept_and_is_a_fault(recorder: Recorder) -> None:
@@ -249,7 +266,7 @@ def test_each_new_error_of_a_block_is_kept_and_is_a_fault(recorder: Recorder) ->
 
 
 @pytest.mark.parametrize("block", ["FB_CommandRecorder", "FB_ChannelStatus", "FB_DedicatedBits"])
-def test_the_blocks_only_look(block: str) -> None:
+def test_the_blocks_change_nothing_in_the_controllers_data(block: str) -> None:
     """Source: docs/how-to/diagnosis.md."""
     alone = Alone(block, {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = True
@@ -261,5 +278,5 @@ def test_the_blocks_only_look(block: str) -> None:
     before = alone["Robot"]
     alone.scan(100_000)
     assert isinstance(before, dict)
-    before["Inner"]["Scan"] += 1  # only the scan number changes
+    before["Inner"]["Scan"] += 1  # the block may change the scan number, but nothing else
     assert alone["Robot"] == before

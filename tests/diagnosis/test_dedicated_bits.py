@@ -1,4 +1,4 @@
-"""FB_DedicatedBits has the dedicated bits in words, at the same places as in the areas."""
+"""FB_DedicatedBits gives the dedicated bits as words, with the same bit numbers as in the areas."""
 
 from __future__ import annotations
 
@@ -24,8 +24,8 @@ def _block() -> Alone:
     ],
     ids=lambda part: getattr(part, "short", str(part)),
 )
-def test_each_bit_stands_where_it_stands_in_the_area(direction: str, signal: spec.Signal) -> None:
-    """Source: manual chapter 5, 1, bytes m + 32, m + 33, n + 32 and n + 33."""
+def test_each_bit_has_the_same_position_as_in_the_area(direction: str, signal: spec.Signal) -> None:
+    """Each bit has its number in the area. Source: manual chapter 5, 1, bytes 32 and 33."""
     block = _block()
     block.restart()
     block[f"Robot.{direction}.{signal.name}"] = True

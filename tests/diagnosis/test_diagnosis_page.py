@@ -1,4 +1,4 @@
-"""The program of diagnosis.md compiles and runs, and its panel shows what the blocks showed."""
+"""The example program in diagnosis.md compiles, runs, and finds the cause of a fault."""
 
 from __future__ import annotations
 
@@ -11,8 +11,11 @@ from structured_text.output.toml_files import load_toml
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_program_of_the_page_finds_what_went_wrong_and_goes_on_after_reset(engine: str) -> None:
-    """Point 20 lies beyond the soft limit, which is alarm 2.334. Source: guide 1.1."""
+def test_the_program_of_the_page_records_a_fault_and_continues_after_reset(engine: str) -> None:
+    """The program records alarm 2.334 for point 20, which is beyond the soft limit.
+
+    After a reset it records further events. Source: guide 1.1.
+    """
     robot = PROGRAM.with_name("robot.toml")
     with Cell.build([PROGRAM], scan="10ms", engine=engine, robot=robot) as cell:
         cell["Main.CellSafe"] = True

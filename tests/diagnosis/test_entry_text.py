@@ -1,4 +1,4 @@
-"""FB_EntryText describes an entry of the recorder in words."""
+"""FB_EntryText gives the texts that describe an entry of FB_CommandRecorder."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ def _block() -> Alone:
     return Alone("FB_EntryText", {})
 
 
-def _told(kind: str, number: int, result: int, alarm: tuple[int, int] = (0, 0)) -> Alone:
+def _texts_of(kind: str, number: int, result: int, alarm: tuple[int, int] = (0, 0)) -> Alone:
     block = _block()
     block.restart()
     entry = {"Kind": kind, "Number": number, "Result": result}
@@ -43,19 +43,25 @@ def _told(kind: str, number: int, result: int, alarm: tuple[int, int] = (0, 0)) 
         (("LOG_ERROR", 0, 0x8042), "Block", "Illegal speed"),
     ],
 )
-def test_an_entry_has_a_subject_and_a_fault_its_text(
+def test_an_entry_has_a_subject_and_a_fault_has_a_text(
     entry: tuple[str, int, int], subject: str, name: str
 ) -> None:
-    """Source: docs/how-to/diagnosis.md, docs/reference/errors.md; manual chapter 5, 2."""
-    block = _told(*entry)
+    """Each entry has a text for its subject, and only a fault has a text for its error.
+
+    Source: docs/how-to/diagnosis.md, docs/reference/errors.md; manual chapter 5, 2.
+    """
+    block = _texts_of(*entry)
     assert block["Block.Subject"] == subject
     assert block["Block.Text.Name"] == name
     assert block["Block.Known"] is bool(name)
 
 
 def test_an_abnormal_end_has_the_text_of_its_alarm() -> None:
-    """Source: guide 1.1: 0x0002 and 0x014E are "soft limit over"."""
-    block = _told("LOG_COMMAND", 0x1001, 0x4000, (2, 334))
+    """The entry of a command that ended with alarm 2.334 has the text of this alarm.
+
+    Source: guide 1.1: 0x0002 and 0x014E are "soft limit over".
+    """
+    block = _texts_of("LOG_COMMAND", 0x1001, 0x4000, (2, 334))
     assert block["Block.Subject"] == "MovePtp"
     assert block["Block.Text.Name"] == "Over soft limit"
     assert block["Block.Text.Remedy1"] == "Correct the target or the soft limits."
@@ -63,7 +69,7 @@ def test_an_abnormal_end_has_the_text_of_its_alarm() -> None:
 
 
 def test_an_alarm_that_is_not_known_has_no_text() -> None:
-    block = _told("LOG_COMMAND", 0x1001, 0x4000, (17, 1))
+    block = _texts_of("LOG_COMMAND", 0x1001, 0x4000, (17, 1))
     assert block["Block.Text.Name"] == ""
     assert not block["Block.Known"]
 
@@ -78,14 +84,14 @@ def test_an_alarm_that_is_not_known_has_no_text() -> None:
 def test_texts_are_in_the_language_that_is_asked_for(
     entry: tuple[str, int, int], alarm: tuple[int, int], name: str
 ) -> None:
-    block = _told(*entry, alarm)
+    block = _texts_of(*entry, alarm)
     block["Block.Language"] = "LANGUAGE_JAPANESE"
     block.scan(10)
     assert str(block["Block.Text.Name"]).encode("latin-1").decode("utf-8") == name
 
 
 def test_nothing_is_left_of_the_entry_before() -> None:
-    block = _told("LOG_LINK", 0, 0)
+    block = _texts_of("LOG_LINK", 0, 0)
     block["Block.Entry.Kind"] = "LOG_NOTHING"
     block.scan(10)
     assert (block["Block.Subject"], block["Block.Text.Name"]) == ("", "")

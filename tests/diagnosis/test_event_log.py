@@ -1,6 +1,6 @@
-"""FB_EventLog has a ring of entries that can freeze, and shows it to a panel.
+"""FB_EventLog stores entries in a ring buffer, shows them to a panel, and can freeze.
 
-The tests access it through FB_CommandRecorder, which owns it.
+The tests use the FB_EventLog inside FB_CommandRecorder.
 """
 
 from __future__ import annotations
@@ -12,14 +12,14 @@ from recorder_bench import Recorder, connected, short
 
 @pytest.fixture
 def recorder() -> Recorder:
-    """Return a recorder after Connected and CPU_OK, with one row in its log: SO(01)."""
+    """Return a recorder with a connection and CPU_OK. Its log has two rows: the link and SO(01)."""
     return connected()
 
 
-# ---- the log
+# ---- tests of the log's entries and of freezing
 
 
-def test_the_oldest_entries_make_room_and_a_page_shows_eight(recorder: Recorder) -> None:
+def test_the_oldest_entries_are_overwritten_and_a_page_shows_eight(recorder: Recorder) -> None:
     recorder.edges(10)
     assert recorder["Count"] == 12
     recorder.edges(30)
@@ -55,7 +55,7 @@ def test_rows_beyond_the_log_are_empty(recorder: Recorder, first: int, shown: li
 
 
 def test_a_smaller_log_keeps_fewer_entries() -> None:
-    """Source: RCX_LOG: LogSize is the number of its entries."""
+    """With LogSize = 3 the log keeps the three newest entries. Source: RCX_LOG."""
     recorder = Recorder()
     recorder["LogSize"] = 3
     recorder.change("Robot.Connected", to=True)
@@ -101,7 +101,7 @@ def test_a_fault_is_shown_also_while_the_log_is_frozen(recorder: Recorder) -> No
 
 
 @pytest.mark.parametrize("after", [0, 1, 3])
-def test_a_fault_freezes_the_log_once_so_many_more_entries_have_come(
+def test_a_fault_freezes_the_log_after_the_given_number_of_entries(
     recorder: Recorder, after: int
 ) -> None:
     recorder["FreezeOnFault"] = True
@@ -117,7 +117,7 @@ def test_a_fault_freezes_the_log_once_so_many_more_entries_have_come(
     assert recorder.rows()[after] == ("LOG_OUTPUT", 3, 1)
 
 
-def test_eight_more_entries_are_kept_unless_another_number_is_given(recorder: Recorder) -> None:
+def test_by_default_the_log_freezes_eight_entries_after_a_fault(recorder: Recorder) -> None:
     recorder["FreezeOnFault"] = True
     recorder.change("BlockError", to=0x8001)
     recorder.edges(20)
@@ -134,7 +134,7 @@ def test_a_second_fault_does_not_move_the_end(recorder: Recorder) -> None:
     assert short(recorder["Fault"]) == ("LOG_ERROR", 0, 0x8001)
 
 
-def test_without_the_wish_a_fault_does_not_freeze_the_log(recorder: Recorder) -> None:
+def test_without_freeze_on_fault_the_log_does_not_freeze(recorder: Recorder) -> None:
     recorder["After"] = 0
     recorder.change("BlockError", to=0x8001)
     recorder.edges(20)
@@ -150,7 +150,7 @@ def test_other_entries_do_not_freeze_the_log(recorder: Recorder) -> None:
     assert not recorder["Frozen"]
 
 
-def test_resume_forgets_the_fault_and_records_again(recorder: Recorder) -> None:
+def test_resume_clears_the_fault_and_records_again(recorder: Recorder) -> None:
     recorder["FreezeOnFault"] = True
     recorder["After"] = 0
     recorder["Robot.Inner.Data"] = [3] * 15

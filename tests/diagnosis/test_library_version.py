@@ -1,4 +1,4 @@
-"""FC_LibraryVersion, exports and changelog have the version of the package."""
+"""FC_LibraryVersion, the exports and the changelog have the version of the Python package."""
 
 from __future__ import annotations
 
@@ -25,8 +25,8 @@ END_PROGRAM
 
 
 @pytest.mark.parametrize("engine", ["auto", "builtin"])
-def test_it_gives_the_version_of_the_package(engine: str) -> None:
-    """Version 0.1.0 is 100, because minor and patch have two digits each."""
+def test_the_function_returns_the_version_of_the_package(engine: str) -> None:
+    """The version is one number: 0.1.0 is 100, because minor and patch have two digits each."""
     program = compiled(_PROGRAM, engine)
     found = []
     for scan, part in enumerate((0, 1, 2, 3, 4, -1)):
@@ -37,19 +37,19 @@ def test_it_gives_the_version_of_the_package(engine: str) -> None:
     assert found == [major * 10_000 + minor * 100 + patch, major, minor, patch, -1, -1]
 
 
-def test_pyproject_has_the_version_that_is_installed() -> None:
+def test_pyproject_has_the_installed_version() -> None:
     assert version() == metadata.version("rcx-harness")
 
 
 @pytest.mark.parametrize("text", ["1.0", "1.2.3.4", "1.100.0", "01.2.3", "1.2.3rc1", ""])
-def test_a_version_that_is_no_number_is_refused(text: str) -> None:
+def test_an_invalid_version_is_refused(text: str) -> None:
     with pytest.raises(InputError, match="is not of the form"):
         version_number(text)
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_every_export_says_which_version_it_is(target: str, tmp_path: Path) -> None:
-    """The version is also readable in the PLC's project without the function."""
+def test_every_export_contains_its_version(target: str, tmp_path: Path) -> None:
+    """Each export contains its version as text, so a user can read it in the PLC project."""
     (tmp_path / "Versions.st").write_text(_PROGRAM, encoding="utf-8")
     files = export(target, program=[tmp_path / "Versions.st"], only_needed=True).files
     said = f"Version {metadata.version('rcx-harness')}"

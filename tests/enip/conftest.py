@@ -1,4 +1,4 @@
-"""A device without sockets, in virtual time, and frames to communicate with it."""
+"""Fixtures for a device without sockets in virtual time, and for frames that are sent to it."""
 
 from __future__ import annotations
 
@@ -22,23 +22,23 @@ LOCAL, PEER = ("192.168.0.2", 44818), "192.168.0.10"
 
 
 def hexa(text: str) -> bytes:
-    """Return the bytes of hexadecimal digits; blanks and line ends are ignored."""
+    """Convert hexadecimal digits to bytes. Blanks and line ends are ignored."""
     return bytes.fromhex(text)
 
 
 class MemoryImage:
-    """An assembly in plain memory that counts how often it was written."""
+    """A simulated assembly that counts how often it was written."""
 
     def __init__(self, size: int) -> None:
         self.data = bytes(size)
         self.writes = 0
 
     def read(self) -> bytes:
-        """Return all data."""
+        """Return the data of the assembly."""
         return self.data
 
     def write(self, image: bytes) -> None:
-        """Replace all data, and count the call."""
+        """Replace the data of the assembly, and count the call."""
         assert len(image) == len(self.data)
         self.data = image
         self.writes += 1
@@ -46,23 +46,26 @@ class MemoryImage:
 
 @dataclass
 class FakeCyclicPart(CyclicControl):
-    """A cyclic part that records the calls of the Connection Manager."""
+    """A replacement for the process of the cyclic I/O.
+
+    It records the Connection Manager's calls.
+    """
 
     port: int = 2222
     added: list[ConnectionParameters] = field(default_factory=list)
     removed: list[int] = field(default_factory=list)
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """Record an opened connection."""
+        """Record the parameters of an opened connection."""
         self.added.append(parameters)
 
     def remove(self, number: int) -> None:
-        """Record a closed connection."""
+        """Record the number of a closed connection."""
         self.removed.append(number)
 
 
 class Bench:
-    """The device under test with the parts around it."""
+    """The device under test, with simulated assemblies, cyclic I/O and time."""
 
     def __init__(self, size: int = 48, cyclic: bool = True, **settings: Any) -> None:
         self.now = 1000.0
@@ -87,20 +90,20 @@ class Bench:
 
     @property
     def to_master(self) -> bytes:
-        """Return the present content of assembly 100."""
+        """Return the data of assembly 100, which the robot writes."""
         return self.master_image.data
 
     @property
     def to_robot(self) -> bytes:
-        """Return the present content of assembly 150."""
+        """Return the data of assembly 150, which the master writes."""
         return self.robot_image.data
 
     def connect(self, peer: str = PEER) -> Session:
-        """Return a new TCP connection."""
+        """Open a TCP connection from `peer`, and return its session."""
         return self.device.connect(LOCAL, peer)
 
     def ask(self, request: str, origin: Origin | None = None) -> bytes:
-        """Return the answer to a CIP request in hexadecimal digits."""
+        """Return the device's answer to a CIP request. The request is in hexadecimal digits."""
         return self.device.router.answer(hexa(request), origin or Origin(PEER, LOCAL[0], 1))
 
 
@@ -111,19 +114,19 @@ def bench() -> Bench:
 
 @pytest.fixture
 def make_bench() -> type[Bench]:
-    """Return the bench class. With it, a test makes a device with other settings."""
+    """Return the class Bench, with which a test can make a device with other settings."""
     return Bench
 
 
 @pytest.fixture
 def session(bench: Bench) -> Session:
-    """Return a connection without any message."""
+    """Return a new TCP connection without a registered session."""
     return bench.connect()
 
 
 @pytest.fixture
 def registered(bench: Bench) -> Session:
-    """Return a connection with the session handle 1."""
+    """Return a TCP connection with a registered session, whose handle is 1."""
     connection = bench.connect()
     connection.receive(hexa("6500 0400 00000000 00000000 0000000000000000 00000000 0100 0000"))
     return connection
@@ -131,7 +134,7 @@ def registered(bench: Bench) -> Session:
 
 @pytest.fixture
 def images() -> Iterator[SharedImages]:
-    """Return the areas of 48 bytes of one end of class 1 connections."""
+    """Return shared areas of 48 bytes for a device with class 1 connections."""
     with SharedImages.create(48) as images:
         images.unlink()
         yield images
@@ -139,20 +142,20 @@ def images() -> Iterator[SharedImages]:
 
 @pytest.fixture
 def device(images: SharedImages) -> exchange_bench.Device:
-    """Return the target end of class 1 connections."""
+    """Return a device that is the target of class 1 connections."""
     return exchange_bench.Device(images)
 
 
 @pytest.fixture
 def owned(device: exchange_bench.Device) -> exchange_bench.Device:
-    """Return the device with an exclusive owner that was opened at time 0."""
+    """Return a target with an exclusive owner connection that was opened at time 0."""
     device.exchange.add(exchange_bench.OWNER, 0)
     return device
 
 
 @pytest.fixture
 def processes(monkeypatch: pytest.MonkeyPatch) -> Iterator[list[subprocess.Popen[str]]]:
-    """Return a list of the adapter processes that are started during the test."""
+    """Return a list that collects the adapter processes that the test starts."""
     started: list[subprocess.Popen[str]] = []
     popen = subprocess.Popen
 

@@ -1,4 +1,4 @@
-"""The adapter's process serves its objects and leaves nothing behind at its end."""
+"""The process of the adapter answers requests, and leaves no process and no memory at its end."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from structured_text.output.system import SharedMemory
 
 @pytest.fixture
 def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Return the names of all shared memory created during the test."""
+    """Return a list that collects the names of all shared memory that the test creates."""
     names: list[str] = []
 
     class Recording(SharedMemory):
@@ -33,7 +33,7 @@ def memories(monkeypatch: pytest.MonkeyPatch) -> list[str]:
 
 
 def is_gone(name: str) -> bool:
-    """Return whether no shared memory has this name any more."""
+    """Return whether the shared memory with this name was removed."""
     try:
         SharedMemory(name).close()
     except FileNotFoundError:
@@ -75,7 +75,7 @@ def test_the_identity_can_be_chosen() -> None:
     assert values == bytes.fromhex("0100 0C00 0300 0405 3000 09080706 0E") + b"another device"
 
 
-def test_a_refused_request_leaves_the_session_as_it_was() -> None:
+def test_after_a_refused_request_the_session_continues() -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         for image, status in ((bytes(47), 0x13), (bytes(49), 0x15)):
             with pytest.raises(CipError) as refusal:
@@ -151,7 +151,7 @@ def test_a_dead_process_is_reported_with_its_signal(
 
 @pytest.mark.exhaustive
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
-def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]]) -> None:
+def test_the_adapter_ignores_ctrl_c(processes: list[subprocess.Popen[str]]) -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         processes[0].send_signal(signal.SIGINT)
         assert master.get_assembly(100) == bytes(48)
@@ -160,7 +160,10 @@ def test_ctrl_c_is_the_parents_to_handle(processes: list[subprocess.Popen[str]])
 
 @pytest.mark.skipif(sys.platform == "win32", reason="signals are POSIX")
 def test_the_adapter_ends_when_its_parent_is_killed() -> None:
-    """The standard error of the parent stays open as long as parent or adapter runs."""
+    """If the parent process is killed, its adapter ends as well.
+
+    The test waits until standard error is closed, which both processes hold open.
+    """
     program = (
         "from rcx_harness.enip.target.adapter import Adapter\n"
         "adapter = Adapter()\n"

@@ -1,4 +1,4 @@
-"""The adapter's process with real sockets: UDP, cyclic connections, a cut link."""
+"""The process of the adapter works with real sockets: UDP, cyclic I/O, and a cut link."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ FORWARD_OPEN, FORWARD_CLOSE, CONNECTION_MANAGER = 0x54, 0x4E, bytes.fromhex("200
 
 @pytest.fixture
 def wire() -> Iterator[socket.socket]:
-    """Return a UDP socket that may broadcast."""
+    """Return a UDP socket that may send broadcasts."""
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as udp:
         udp.setsockopt(socket.SOL_SOCKET, socket.SO_BROADCAST, 1)
         udp.settimeout(LONG_S)
@@ -37,25 +37,25 @@ def wire() -> Iterator[socket.socket]:
 
 @pytest.fixture
 def adapter() -> Iterator[Adapter]:
-    """Return an adapter with cyclic I/O on any free port."""
+    """Return an adapter whose cyclic I/O uses any free port."""
     with Adapter(48, cyclic=0) as device:
         yield device
 
 
 def open_owner(master: Client, **fields: str) -> bytes:
-    """Open an Exclusive Owner connection, and return the data of the reply."""
-    slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # time-out: 100 ms x 512
+    """Open an Exclusive Owner connection with a long time-out, and return the data of the reply."""
+    slow = {"o_to_t_rpi": "A0860100", "multiplier": "07", **fields}  # a time-out of 100 ms x 512
     return master.request(FORWARD_OPEN, CONNECTION_MANAGER, bytes.fromhex(forward_open(**slow))[6:])
 
 
 def ask_for_ever(master: Client) -> None:
-    """Send requests until the adapter stops answering."""
+    """Send requests until one of them fails."""
     while True:
         master.get_assembly(100)
 
 
 def wait_for_owner(adapter: Adapter, master: Client, state: OwnerState) -> None:
-    """Wait until the cyclic process (or its substitute) reports this state."""
+    """Send requests until the adapter's owner has the given state."""
     while adapter.shared.owner is not state:
         master.get_assembly(100)
 
@@ -64,12 +64,12 @@ def close_owner(master: Client) -> bytes:
     return master.request(FORWARD_CLOSE, CONNECTION_MANAGER, bytes.fromhex(forward_close())[6:])
 
 
-def test_an_adapter_on_all_addresses_answers_with_the_address_that_was_asked(
+def test_an_adapter_on_all_addresses_answers_with_the_requested_address(
     wire: socket.socket,
 ) -> None:
-    """UDP and TCP answers, and attribute 5, have the address to which the request was sent.
+    """UDP and TCP answers, and attribute 5, contain the address to which the request was sent.
 
-    A client cannot connect to 0.0.0.0.
+    The address 0.0.0.0 would be useless, because a client cannot connect to it.
     """
     told = struct.pack(">HH4s8x", 2, 0, bytes([127, 0, 0, 1]))
     with Adapter(host="0.0.0.0") as adapter:
@@ -112,9 +112,9 @@ def test_a_port_of_cyclic_io_in_use_is_reported(wire: socket.socket) -> None:
 
 
 def test_a_cyclic_connection_owns_the_outputs_until_it_is_closed(adapter: Adapter) -> None:
-    """The connection outlives the TCP connection that opened it.
+    """A cyclic connection stays open when its TCP connection is closed.
 
-    Another TCP connection from the same machine closes it.
+    Another TCP connection from the same machine can close the cyclic connection.
     """
     with Client(*adapter.address) as master:
         assert len(open_owner(master)) == 26
@@ -132,7 +132,7 @@ def test_a_cyclic_connection_owns_the_outputs_until_it_is_closed(adapter: Adapte
     assert adapter.read_to_robot() == b"\x01" * 48
 
 
-def test_an_adapter_without_cyclic_io_opens_none() -> None:
+def test_an_adapter_without_cyclic_io_refuses_cyclic_connections() -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         assert adapter.io_port is None
         with pytest.raises(CipError) as refusal:
@@ -148,7 +148,7 @@ def test_the_options_reach_the_device() -> None:
         assert refusal.value.extended[0] == 0x112
 
 
-def test_a_reset_closes_the_tcp_connections_behind_its_reply() -> None:
+def test_a_reset_closes_the_tcp_connections_after_its_reply() -> None:
     with Adapter() as adapter, Client(*adapter.address) as master:
         assert master.request(0x05, bytes.fromhex("2001 2401")) == b""
         with pytest.raises(EnipError, match="failed to answer"):
@@ -176,12 +176,12 @@ def test_an_adapter_that_is_cut_off_does_not_answer(adapter: Adapter, state: Lin
                 break
         except EnipError:
             continue
-    # A cut does not end a cyclic connection; only its time-out does.
+    # A cut link does not close a cyclic connection at once; the connection ends by its time-out.
     assert (owned[0] & 1) == (state is LinkState.CUT)
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="finds the process by /proc")
-def test_a_cyclic_process_that_dies_ends_the_adapter_and_leaves_no_owner_behind(
+def test_if_the_cyclic_process_dies_the_adapter_ends_without_an_owner(
     processes: list[subprocess.Popen[str]],
 ) -> None:
     with Adapter(48, cyclic=0) as adapter, Client(*adapter.address, timeout_s=LONG_S) as master:

@@ -1,4 +1,4 @@
-"""The scanner reports adapters that are missing, silent or wrong."""
+"""The client for explicit messages reports adapters that are missing, silent or wrong."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from structured_text.errors import InputError
 
 REGISTERED = bytes.fromhex("6500 0400 07000000 00000000 0100000000000000 00000000 0100 0000")
 HEAD = "07000000 00000000 0200000000000000 00000000 00000000 0000 0200 0000 0000 B200"
-# SendRRData, 18 bytes: reply of Get_Attribute_Single with the value 0x3000
+# A SendRRData frame: reply of Get_Attribute_Single with the value 0x0030, little endian
 SIZE_IS_48 = bytes.fromhex(f"6F00 1600 {HEAD} 0600 8E00 0000 3000")
 
 Serve = Callable[..., tuple[str, int]]
@@ -22,7 +22,7 @@ Serve = Callable[..., tuple[str, int]]
 
 @pytest.fixture
 def adapter_that_says() -> Iterator[Serve]:
-    """Return a function that starts an adapter with a prepared list of answers."""
+    """Return a function that starts a simulated adapter with a list of answers."""
     ends: list[Callable[[], None]] = []
 
     def serve(*answers: bytes) -> tuple[str, int]:
@@ -48,12 +48,12 @@ def adapter_that_says() -> Iterator[Serve]:
         end()
 
 
-def test_an_answer_that_drips_in_byte_by_byte_has_no_more_time_than_another(
+def test_the_time_limit_applies_to_the_whole_answer(
     adapter_that_says: Serve,
 ) -> None:
-    """Each byte comes within 5 s, but the limit of 5 s applies to the whole answer.
+    """The limit of 5 s applies to the whole answer, not to each byte.
 
-    The answer has 28 bytes. After 6 s the client no longer waits for the second byte.
+    The first byte arrives after 1 s. After 6 s the client does not wait for more bytes.
     """
     times = iter([0.0, 1.0, 6.0])
     host, port = adapter_that_says(REGISTERED[:1])
@@ -88,7 +88,7 @@ def test_requests_are_the_bytes_of_the_protocol() -> None:
     ]
 
 
-def test_a_missing_adapter_is_one_clear_message() -> None:
+def test_a_missing_adapter_is_reported() -> None:
     with socket.create_server(("127.0.0.1", 0)) as server:
         host, port = server.getsockname()
     with pytest.raises(
@@ -103,7 +103,7 @@ def test_an_invalid_address_is_reported(host: str, port: int) -> None:
         Client(host, port)
 
 
-def test_an_adapter_that_does_not_answer_is_given_up(adapter_that_says: Serve) -> None:
+def test_an_adapter_that_does_not_answer_is_reported(adapter_that_says: Serve) -> None:
     with pytest.raises(EnipError, match=r"nothing within 0\.05 s"):
         Client(*adapter_that_says(b""), timeout_s=0.05)
 

@@ -1,7 +1,7 @@
-"""Clients from outside this project read identity and assemblies.
+"""The public clients cpppo, pycomm3 and pylogix read the adapter's identity and assemblies.
 
-cpppo's client runs in a process of its own. pycomm3 sends unconnected messages without a route,
-unless a test says otherwise. pylogix treats a device without a route as a Micro800.
+The client of cpppo runs in a separate process. pycomm3 sends unconnected messages without a route,
+except in one test. For pylogix, a device without a route is a Micro800.
 """
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ def logix(adapter: Adapter) -> Iterator[Any]:
 
 @pytest.fixture(autouse=True)
 def _nothing_written(adapter: Adapter, pycomm: Pycomm) -> None:
-    """Set assembly 150 to zero at the start of every test."""
+    """Set assembly 150 to zero before each test."""
     pycomm(SET_SINGLE, 4, 150, 3, request_data=bytes(48))
     assert adapter.read_to_robot() == bytes(48)
 
@@ -62,7 +62,7 @@ def name_of(adapter: Adapter) -> str:
 
 
 def cpppo_client(adapter: Adapter, *operations: str, simple: bool = True) -> list[str]:
-    """Return what cpppo's command line client prints for each operation, without the time."""
+    """Run cpppo's command line client, and return the result that it prints for each operation."""
     command = [sys.executable, "-m", "cpppo.server.enip.get_attribute"]
     command += ["--address", name_of(adapter), *(["--simple"] if simple else []), *operations]
     done = subprocess.run(command, capture_output=True, text=True, check=True, timeout=60)
@@ -70,7 +70,7 @@ def cpppo_client(adapter: Adapter, *operations: str, simple: bool = True) -> lis
 
 
 def logix_data(answer: Any) -> bytes:
-    """Return the data of the CIP reply in the frame that pylogix returns."""
+    """Return the data of the CIP reply in an answer of pylogix."""
     assert answer.Status == "Success"
     frame: bytes = answer.Value
     # Header, interface handle and time-out, two items, then the four bytes of the reply.
@@ -85,7 +85,7 @@ def test_cpppo_reads_the_identity(adapter: Adapter) -> None:
 
 
 def test_cpppo_reads_by_unconnected_send_to_the_device_itself(adapter: Adapter) -> None:
-    """Without --simple, cpppo wraps the request for a route over port 1, address 0."""
+    """Without --simple, cpppo sends an Unconnected Send with a route over port 1, address 0."""
     (shown,) = cpppo_client(adapter, "@4/100/4", simple=False)
     assert shown == "0x0004/100/4 == [48, 0]"
 
@@ -123,7 +123,7 @@ def test_pycomm3_reads_and_writes_the_assemblies(adapter: Adapter, pycomm: Pycom
 
 
 def test_pycomm3_reads_the_assemblies_over_a_connection_of_class_3(adapter: Adapter) -> None:
-    """pycomm3 sends a Large Forward Open to the Message Router, then SendUnitData."""
+    """pycomm3 opens a class 3 connection with a Large Forward Open, then sends SendUnitData."""
     with pycomm3.CIPDriver(name_of(adapter)) as client:
         answer = client.generic_message(GET_SINGLE, 4, 100, 3)
         assert client.connected
@@ -135,7 +135,7 @@ def test_pycomm3_reads_the_assemblies_over_a_connection_of_class_3(adapter: Adap
 def test_pycomm3_reads_with_the_route_that_it_sends_by_default(
     adapter: Adapter, route: str, wrapped: bool
 ) -> None:
-    """pycomm3 appends the route to the request, or wraps both into an Unconnected Send."""
+    """Reading works if pycomm3 appends a route to the request, or uses an Unconnected Send."""
     with pycomm3.CIPDriver(name_of(adapter) + route) as client:
         ask = partial(client.generic_message, connected=False, unconnected_send=wrapped)
         read = [ask(GET_SINGLE, 4, 100, 3), ask(GET_ALL, 1, 1)]
@@ -144,7 +144,7 @@ def test_pycomm3_reads_with_the_route_that_it_sends_by_default(
     assert (listed.error, listed.value) == (None, bytes.fromhex("0100 0100 0000 7C02"))
 
 
-def test_pycomm3_shows_a_refusal_as_one(pycomm: Pycomm) -> None:
+def test_pycomm3_reports_a_refusal(pycomm: Pycomm) -> None:
     assert "Destination unknown" in pycomm(GET_SINGLE, 4, 101, 3).error
 
 
@@ -161,5 +161,5 @@ def test_pylogix_reads_and_writes_the_assemblies(adapter: Adapter, logix: Any) -
     assert adapter.read_to_robot() == TO_ROBOT
 
 
-def test_pylogix_shows_a_refusal_as_one(logix: Any) -> None:
+def test_pylogix_reports_a_refusal(logix: Any) -> None:
     assert logix.Message(GET_SINGLE, 4, 101, 3).Status == "Path destination unknown"

@@ -1,4 +1,4 @@
-"""Class 3: explicit messages within a connection, as bytes.
+"""Explicit messages within a class 3 connection are answered byte by byte as specified.
 
 A SendUnitData frame contains interface 0, time-out 0 and two items: a connected address (0xA1), and
 connected data (0xB1) that begin with the sequence count.
@@ -15,7 +15,7 @@ from rcx_harness.enip.target.connection_manager import Origin
 from rcx_harness.enip.target.device import Session
 
 CLASS_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
-"""Server, application trigger, to the Message Router; 504 bytes, point to point, variable."""
+"""Fields of a class 3 Forward Open to the Message Router, with 504 bytes, variable."""
 
 CONTEXT = "A1A2A3A4A5A6A7A8"
 GET_SIZE = "0E03 2004 2464 3004"
@@ -23,7 +23,7 @@ SIZE_IS_48 = "8E00 0000 3000"
 
 
 def unit(message: str, connection: str = "01000100", session: str = "01000000") -> bytes:
-    """Return a whole SendUnitData frame."""
+    """Return a SendUnitData frame with this message and connection id."""
     length = len(bytes.fromhex(message))
     data = f"00000000 0000 0200 A100 0400 {connection} B100 {length:02X}{0:02X} {message}"
     size = len(bytes.fromhex(data))
@@ -31,13 +31,16 @@ def unit(message: str, connection: str = "01000100", session: str = "01000000") 
 
 
 def reply(message: str) -> bytes:
-    """Return a SendUnitData with the originator's connection id."""
+    """Return the expected SendUnitData frame with a reply and the originator's connection id."""
     return unit(message, connection="78563412")
 
 
 @pytest.fixture
 def connected(bench: Any, registered: Session) -> Session:
-    """Return session 1 with a class 3 connection: id 0x00010001, time-out 10 ms times 16."""
+    """Return session 1 with a class 3 connection.
+
+    Its id is 0x00010001, its time-out 10 ms times 16.
+    """
     assert bench.ask(forward_open(**CLASS_3)) == opened()
     return registered
 
@@ -47,9 +50,7 @@ def test_a_request_is_answered_with_its_sequence_count(connected: Session) -> No
     assert connected.receive(unit(f"0200 {GET_SIZE}")) == reply(f"0200 {SIZE_IS_48}")
 
 
-def test_a_repeated_sequence_count_repeats_the_reply_and_nothing_else(
-    bench: Any, connected: Session
-) -> None:
+def test_a_repeated_sequence_count_only_repeats_the_reply(bench: Any, connected: Session) -> None:
     request = unit("0500 1003 2004 2496 3003" + "77" * 48)
     assert connected.receive(request) == reply("0500 9000 0000")
     assert connected.receive(request) == reply("0500 9000 0000")
@@ -66,11 +67,11 @@ def test_a_refused_request_gets_its_status(connected: Session) -> None:
     "frame",
     [
         unit(f"0100 {GET_SIZE}", connection="02000100"),  # no such connection
-        unit("0100 0E"),  # half a request
+        unit("0100 0E"),  # an incomplete request
         unit(""),
     ],
 )
-def test_a_message_of_no_connection_or_without_request_has_no_reply(
+def test_a_message_without_connection_or_request_gets_no_reply(
     connected: Session, frame: bytes
 ) -> None:
     assert connected.receive(frame) == b""
@@ -85,7 +86,7 @@ def test_a_connection_belongs_to_its_session(bench: Any, connected: Session) -> 
 
 
 def test_a_wrong_session_handle_is_refused(connected: Session) -> None:
-    """The answer has encapsulation status 0x64."""
+    """A message with another session handle gets encapsulation status 0x64."""
     assert connected.receive(unit(f"0100 {GET_SIZE}", session="09000000")) == bytes.fromhex(
         f"7000 0000 09000000 64000000 {CONTEXT} 00000000"
     )
@@ -96,14 +97,16 @@ def test_a_wrong_session_handle_is_refused(connected: Session) -> None:
     [
         "",
         "00000000 0000 0100 A100 0400 01000100",  # no data item
-        "01000000 0000 0200 A100 0400 01000100 B100 0200 0100",  # not the CIP interface
-        "00000000 0000 0200 A100 0200 0100 B100 0200 0100",  # half a connection id
-        "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # unconnected
-        "00000000 0000 0200 A100 0400 01000100 B100 0900 0100",  # item longer than the frame
+        "01000000 0000 0200 A100 0400 01000100 B100 0200 0100",  # interface 1 instead of 0 (CIP)
+        # a connection id of 2 instead of 4 bytes
+        "00000000 0000 0200 A100 0200 0100 B100 0200 0100",
+        "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # an unconnected message
+        # an item that is longer than the frame
+        "00000000 0000 0200 A100 0400 01000100 B100 0900 0100",
     ],
 )
 def test_malformed_data_are_refused(connected: Session, data: str) -> None:
-    """The answer has encapsulation status 0x03."""
+    """Malformed data get encapsulation status 0x03."""
     length = len(bytes.fromhex(data))
     head = f"01000000 00000000 {CONTEXT} 00000000"
     assert connected.receive(bytes.fromhex(f"7000 {length:02X}00 {head} {data}")) == bytes.fromhex(
@@ -117,9 +120,10 @@ def test_malformed_data_are_refused(connected: Session, data: str) -> None:
 def test_messages_and_replies_fit_the_connections_size(
     bench: Any, registered: Session, o_to_t: str, t_to_o: str, answer: str
 ) -> None:
-    """Ten bytes to the device do not fit into nine (0x15).
+    """A message or reply that is longer than the connection's size is refused.
 
-    Eight bytes from the device do not fit into seven (0x11).
+    10 bytes to the device do not fit into 9 bytes (status 0x15). 8 bytes from the device do not fit
+    into 7 bytes (status 0x11).
     """
     bench.ask(forward_open(**{**CLASS_3, "o_to_t": o_to_t, "t_to_o": t_to_o}))
     assert registered.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {answer}")
@@ -133,7 +137,7 @@ def test_messages_and_replies_may_be_as_long_as_the_connections_size(
 
 
 @pytest.mark.parametrize("transport", ["83", "93", "A3"])
-def test_every_trigger_of_a_server_is_the_same(bench: Any, transport: str) -> None:
+def test_every_trigger_of_a_server_is_accepted(bench: Any, transport: str) -> None:
     assert bench.ask(forward_open(**{**CLASS_3, "transport": transport})) == opened()
 
 
@@ -150,7 +154,9 @@ def test_every_trigger_of_a_server_is_the_same(bench: Any, transport: str) -> No
         ({"o_to_t_rpi": "00000000"}, "1201 0200 E8030000 10270000"),
     ],
 )
-def test_a_refused_connection_says_why(bench: Any, fields: dict[str, str], words: str) -> None:
+def test_a_refused_connection_has_its_status(
+    bench: Any, fields: dict[str, str], words: str
+) -> None:
     assert bench.ask(forward_open(**{**CLASS_3, **fields})) == refused(words)
 
 
@@ -163,24 +169,27 @@ def test_a_large_connection_has_4002_bytes_at_most(bench: Any) -> None:
 
 
 @pytest.mark.parametrize("path", ["2002 2401", ""])
-def test_it_is_closed_by_its_triad_whatever_the_path(
+def test_a_class_3_connection_is_closed_by_its_triad_with_any_path(
     connected: Session, bench: Any, path: str
 ) -> None:
-    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close)."""
+    """Forward Close finds a connection by its triad; the path has no effect.
+
+    Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close).
+    """
     assert bench.ask(forward_close(path=path)) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
     assert connected.receive(unit(f"0100 {GET_SIZE}")) == b""
     assert bench.ask(forward_close(path=path)) == refused("0701", "CE")
 
 
-def test_it_is_closed_with_its_session(connected: Session, bench: Any) -> None:
+def test_a_class_3_connection_is_closed_with_its_session(connected: Session, bench: Any) -> None:
     connected.close()
     assert bench.ask(forward_open(**CLASS_3)) == opened("02000100")
 
 
-def test_it_times_out_after_its_interval_times_its_multiplier(
+def test_a_class_3_connection_times_out_after_interval_times_multiplier(
     connected: Session, bench: Any
 ) -> None:
-    """The time-out is 10 ms times 16. Before the first message it is 10 s."""
+    """The connection times out after 16 intervals of 10 ms, or 10 s before the first message."""
     bench.now += 9.9
     assert connected.receive(unit(f"0100 {GET_SIZE}")) == reply(f"0100 {SIZE_IS_48}")
     bench.now += 0.159
@@ -200,10 +209,11 @@ def test_a_connection_never_used_times_out_after_ten_seconds(bench: Any) -> None
     assert bench.ask(forward_open(**CLASS_3)) == opened("02000100")
 
 
-def test_six_and_more_connections_at_a_time_but_not_any_number(bench: Any) -> None:
-    """A machine may have 16 connections, and all machines 32. Others get extended status 0x113.
+def test_the_number_of_class_3_connections_is_limited(bench: Any) -> None:
+    """One machine may have 16 connections, and all machines together 32.
 
-    The last four connections are reserved for machines that have none.
+    Further connections get extended status 0x113. The last four are reserved for machines without a
+    connection.
     """
 
     def open_from(peer: str, serial: int) -> bytes:

@@ -1,4 +1,4 @@
-"""Forward Open and Forward Close open and close the allowed connections."""
+"""Forward Open and Forward Close open and close connections of the allowed kinds and numbers."""
 
 from __future__ import annotations
 
@@ -28,7 +28,9 @@ def origin(peer: str = "192.168.0.10", **addresses: str) -> Origin:
 
 
 def test_an_exclusive_owner_is_opened_and_passed_to_the_cyclic_part(bench: Any) -> None:
-    """Each direction has 48 bytes with a sequence count; the direction to the robot has a header.
+    """An Exclusive Owner with 48 bytes in each direction is opened.
+
+    Both directions have a sequence count, and the direction to the robot has a run/idle header.
 
     Source: manual chapter 1, 4.1
     """
@@ -54,12 +56,14 @@ def test_an_exclusive_owner_is_opened_and_passed_to_the_cyclic_part(bench: Any) 
             first_packet_us=10_000_000,
         )
     ]
-    # destination of packets: AF_INET, port 2222, 192.168.0.2, big endian
+    # where the master must send its packets: AF_INET, port 2222, 192.168.0.2, big endian
     assert sender.items == [(0x8000, bytes.fromhex("0002 08AE C0A80002 0000000000000000"))]
 
 
 def test_a_connection_of_256_bytes_needs_no_large_forward_open(make_bench: Any) -> None:
-    """The sizes on the wire are 262 bytes (0x106) and 258 bytes (0x102).
+    """A normal Forward Open can open areas of 256 bytes.
+
+    Its sizes are 262 bytes (0x106) and 258 bytes (0x102).
 
     Source: manual chapter 1, 4.2
     """
@@ -69,7 +73,7 @@ def test_a_connection_of_256_bytes_needs_no_large_forward_open(make_bench: Any) 
     assert bench.ask(forward_open(triad=OTHER)) == refused("2701 0601", triad=OTHER)
 
 
-def test_sizes_may_be_called_variable_but_are_the_same(bench: Any) -> None:
+def test_variable_sizes_are_accepted_if_they_are_equal(bench: Any) -> None:
     assert bench.ask(forward_open(o_to_t="354A", t_to_o="324A")) == refused("2701 3600")
     assert bench.ask(forward_open(o_to_t="364A", t_to_o="324A")) == opened()
 
@@ -94,11 +98,12 @@ def test_a_large_forward_open_has_sizes_of_16_bits(
         "2004 2405 2C96 2C64",
         "2004 2497 2C96 2C64",
         "2004 2496 2464",  # instances instead of connection points
-        "2004 2405 2C96 2C64 8000",  # configuration data of size 0
+        "2004 2405 2C96 2C64 8000",  # a segment with configuration data of size 0
         "2100 0400 2500 0500 2D00 9600 2D00 6400",  # 16-bit segments
         "2004 2405 2004 2C96 2004 2C64",  # class repeated
         "3404 7C02 2B00 0500 0101 2004 2405 2C96 2C64",  # electronic key
-        "3404 0000 0000 0000 0000 2004 2405 2C96 2C64",  # an electronic key that fits any device
+        # an electronic key of zeros, which fits any device
+        "3404 0000 0000 0000 0000 2004 2405 2C96 2C64",
         "3404 7C02 2B00 0500 0101 430A 2004 2405 2C96 2C64",  # inhibit time 10 ms
         "5002 10270000 2004 2405 2C96 2C64",  # inhibit time 10000 us
     ],
@@ -107,8 +112,9 @@ def test_a_path_may_be_written_in_several_ways(bench: Any, path: str) -> None:
     assert bench.ask(forward_open(path=path)) == opened()
 
 
-def test_the_actual_interval_is_the_requested_one_and_may_differ_by_direction(bench: Any) -> None:
-    request = forward_open(o_to_t_rpi="D0070000", t_to_o_rpi="00D43000")  # 2 ms, 3.2 s
+def test_the_actual_interval_of_each_direction_is_the_requested_one(bench: Any) -> None:
+    # intervals of 2 ms and 3.2 s
+    request = forward_open(o_to_t_rpi="D0070000", t_to_o_rpi="00D43000")
     assert bench.ask(request) == opened(intervals="D0070000 00D43000")
     assert bench.cyclic.added[0].o_to_t_api_us == 2_000
     assert bench.cyclic.added[0].t_to_o_api_us == 3_200_000
@@ -131,9 +137,9 @@ def test_the_priority_of_the_packets_chooses_their_code_point(
 
 
 def test_the_same_connection_twice_is_a_duplicate(bench: Any) -> None:
-    """The answer has extended status 0x100.
+    """A second Forward Open with the same triad gets extended status 0x100.
 
-    A matching null Forward Open is not supported (0x132).
+    A null Forward Open for the same connection is not supported (0x132).
     """
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open()) == refused("0001")
@@ -150,8 +156,8 @@ def test_the_same_connection_twice_is_a_duplicate(bench: Any) -> None:
         pytest.param("0100 4D00 F0BEADDE", id="a device with the next serial number"),
     ],
 )
-def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> None:
-    """If any part of the triad differs, it is another connection, opened and closed separately.
+def test_a_connection_is_identified_by_its_whole_triad(bench: Any, triad: str) -> None:
+    """A request with another serial number, vendor or originator is for another connection.
 
     Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7 (serial number, vendor, originator)
     """
@@ -164,10 +170,12 @@ def test_a_connection_is_named_by_all_of_its_triad(bench: Any, triad: str) -> No
     assert bench.device.connections.is_owned
 
 
-def test_a_connection_id_comes_again_only_after_its_connection_has_gone(make_bench: Any) -> None:
-    """The test supplies the same eight connection ids again and again.
+def test_a_connection_id_is_used_again_only_after_its_connection_was_closed(
+    make_bench: Any,
+) -> None:
+    """A connection id is used again only after its connection was closed.
 
-    One of them is 0, which is never used.
+    The test supplies the ids 0 to 7 repeatedly. The id 0 is never used.
     """
     bench = make_bench(draw_id=itertools.cycle(range(8)).__next__)
     class_3 = {"transport": "A3", "path": "2002 2401", "o_to_t": "F843", "t_to_o": "F843"}
@@ -189,12 +197,12 @@ def test_a_connection_id_comes_again_only_after_its_connection_has_gone(make_ben
 
 @pytest.mark.parametrize("peer", ["192.168.0.10", "192.168.0.11"])
 def test_a_second_owner_is_a_conflict(bench: Any, peer: str) -> None:
-    """The answer has extended status 0x106, even if the second owner is the same originator."""
+    """A second owner gets extended status 0x106, even from the machine of the first owner."""
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open(triad=OTHER), origin(peer)) == refused("0601", triad=OTHER)
 
 
-def test_an_owner_whose_connection_has_timed_out_may_come_again(bench: Any) -> None:
+def test_after_a_time_out_an_owner_may_open_a_new_connection(bench: Any) -> None:
     assert bench.ask(forward_open()) == opened()
     bench.device.connections.ended(1)
     assert bench.ask(forward_open()) == opened("02000100")
@@ -202,7 +210,7 @@ def test_an_owner_whose_connection_has_timed_out_may_come_again(bench: Any) -> N
 
 
 @pytest.mark.parametrize(("o_to_t", "run_idle"), [("0048", False), ("0248", False), ("0648", True)])
-def test_a_heartbeat_carries_nothing(bench: Any, o_to_t: str, run_idle: bool) -> None:
+def test_a_heartbeat_has_no_data(bench: Any, o_to_t: str, run_idle: bool) -> None:
     request = forward_open(o_to_t=o_to_t, path="2004 2405 2C03 2C64")
     assert bench.ask(request) == opened()
     (parameters,) = bench.cyclic.added
@@ -211,7 +219,7 @@ def test_a_heartbeat_carries_nothing(bench: Any, o_to_t: str, run_idle: bool) ->
     assert parameters.run_idle is run_idle
 
 
-def test_owner_input_only_and_listen_only_live_beside_each_other(bench: Any) -> None:
+def test_owner_input_only_and_listen_only_work_at_the_same_time(bench: Any) -> None:
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open(**INPUT_ONLY, triad=OTHER))[2] == 0
     assert bench.ask(forward_open(**LISTEN_ONLY, triad="0300 4D00 EFBEADDE"))[2] == 0
@@ -219,8 +227,11 @@ def test_owner_input_only_and_listen_only_live_beside_each_other(bench: Any) -> 
     assert kinds == ["exclusive owner", "input only", "listen only"]
 
 
-def test_listeners_end_with_the_last_connection_that_is_more(bench: Any) -> None:
-    """The cyclic process ends listeners, so the Connection Manager does not remove each of them."""
+def test_listeners_end_with_the_last_connection_of_another_kind(bench: Any) -> None:
+    """If the owner closes its connection, the listener's connection ends as well.
+
+    The cyclic process ends listeners itself, so the Connection Manager does not remove them.
+    """
     assert bench.ask(forward_open()) == opened()
     assert bench.ask(forward_open(**LISTEN_ONLY, triad=OTHER))[2] == 0
     assert bench.ask(forward_close()) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
@@ -229,7 +240,7 @@ def test_listeners_end_with_the_last_connection_that_is_more(bench: Any) -> None
     assert bench.ask(forward_open(**LISTEN_ONLY, triad=OTHER)) == refused("1901", triad=OTHER)
 
 
-def test_listeners_stay_while_an_input_only_connection_does(bench: Any) -> None:
+def test_listeners_stay_while_an_input_only_connection_is_open(bench: Any) -> None:
     bench.ask(forward_open())
     bench.ask(forward_open(**INPUT_ONLY, triad=OTHER))
     bench.ask(forward_open(**LISTEN_ONLY, triad="0300 4D00 EFBEADDE"))
@@ -241,9 +252,9 @@ def test_listeners_stay_while_an_input_only_connection_does(bench: Any) -> None:
 
 @pytest.mark.parametrize("fields", [INPUT_ONLY, LISTEN_ONLY])
 def test_the_number_of_connections_is_limited(bench: Any, fields: dict[str, str]) -> None:
-    """The eighth connection of a kind gets extended status 0x113.
+    """One machine cannot open all connections of a kind; further ones get extended status 0x113.
 
-    Other kinds, and the owner, can still be opened.
+    Other machines, other kinds, and the owner can still open connections.
     """
     assert bench.ask(forward_open(**INPUT_ONLY, triad="0000 4D00 EFBEADDE"))[2] == 0
     triads = [f"{serial:02X}00 4D00 EFBEADDE" for serial in range(0x10, 0x20)]
@@ -258,11 +269,11 @@ def test_the_number_of_connections_is_limited(bench: Any, fields: dict[str, str]
     assert bench.ask(forward_open())[2] == 0
 
 
-def test_without_a_cyclic_part_there_are_no_resources(make_bench: Any) -> None:
+def test_without_cyclic_io_a_forward_open_is_refused(make_bench: Any) -> None:
     assert make_bench(cyclic=False).ask(forward_open()) == refused("1301")
 
 
-def test_a_cyclic_part_that_has_ended_opens_nothing(bench: Any) -> None:
+def test_if_the_cyclic_process_has_ended_nothing_is_opened(bench: Any) -> None:
     def fail(_: object) -> None:
         raise EnipError("it has ended")
 
@@ -274,10 +285,10 @@ def test_a_cyclic_part_that_has_ended_opens_nothing(bench: Any) -> None:
 
 
 def test_multicast_connections_share_one_production(bench: Any) -> None:
-    """The reply has the target's connection id, the multicast group, the port and equal intervals.
+    """All multicast connections have the same connection id, group, port and interval.
 
     The group belongs to 192.168.0.2 (host number 2), and the port is 2222. A request with another
-    interval is refused with the right interval (0x112, meaning 4).
+    interval is refused, and the reply has the right interval (0x112, code 4).
     """
     sender = origin()
     assert bench.ask(forward_open(t_to_o=MULTICAST), sender) == opened("02000100", "01000100")
@@ -310,13 +321,13 @@ def test_the_originator_may_choose_its_udp_port(bench: Any) -> None:
 @pytest.mark.parametrize(
     "item",
     [
-        "0002 1234 C0A8000B 0000000000000000",  # The packets would go to another machine.
+        "0002 1234 C0A8000B 0000000000000000",  # address 192.168.0.11 of another machine
         "000A 1234 00000000 0000000000000000",  # not IPv4
         "0002 1234 00000000",  # too short
     ],
 )
-def test_packets_are_sent_to_no_third_address(bench: Any, item: str) -> None:
-    """The answer has extended status 0x205."""
+def test_a_socket_address_of_another_machine_is_refused(bench: Any, item: str) -> None:
+    """A socket address item with another machine's address gets extended status 0x205."""
     assert bench.ask(forward_open(), origin(x8001=item)) == refused("0502")
     assert bench.cyclic.added == []
 
@@ -341,8 +352,8 @@ def test_a_reply_names_the_port_of_the_cyclic_part(bench: Any) -> None:
         pytest.param("2004 0100", id="no path at all"),
     ],
 )
-def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path: str) -> None:
-    """Source: CIP volume 1, chapter 3, 5.5.3 (Forward Close); OpENer accepts all of these."""
+def test_a_connection_is_closed_by_its_triad_with_any_path(bench: Any, path: str) -> None:
+    """Forward Close accepts any path, as OpENer does. Source: CIP volume 1, chapter 3, 5.5.3."""
     bench.ask(forward_open(path="3404 7C02 2B00 0500 0101 2004 2405 2C96 2C64 8000"))
     assert bench.ask(forward_close(path=path)) == bytes.fromhex(f"CE00 0000 {TRIAD} 00 00")
     assert bench.cyclic.removed == [1]
@@ -360,17 +371,15 @@ def test_a_connection_is_closed_by_its_triad_whatever_the_path(bench: Any, path:
 def test_a_refused_forward_close_leaves_the_connection(
     bench: Any, request_: str, peer: str, reply: bytes
 ) -> None:
-    """A wrong triad gets extended status 0x107, another machine gets status 0x0F."""
+    """A wrong triad gets extended status 0x107. Another machine gets status 0x0F."""
     bench.ask(forward_open())
     assert bench.ask(request_, origin(peer)) == reply
     assert bench.device.connections.is_owned
     assert bench.cyclic.removed == []
 
 
-def test_connection_ids_are_drawn_by_the_systems_source_of_secrets(
-    make_bench: Any, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """An originator cannot calculate the owner's id from the id of its own connection."""
+def test_connection_ids_are_random(make_bench: Any, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Connection ids are random, so no originator can guess the owner's id from its own id."""
     drawn = iter([0x8C3F01A7, 0x0152E9D4])
     monkeypatch.setattr("secrets.randbits", lambda bits: next(drawn) if bits == 32 else 0)
     bench = make_bench(draw_id=random_id)
@@ -379,7 +388,7 @@ def test_connection_ids_are_drawn_by_the_systems_source_of_secrets(
     assert bench.ask(forward_open(**INPUT_ONLY, triad=OTHER)) == opened("D4E95201", triad=OTHER)
 
 
-def test_a_connection_outlives_the_session_that_opened_it(bench: Any) -> None:
+def test_a_connection_stays_open_when_its_session_ends(bench: Any) -> None:
     bench.ask(forward_open())
     bench.device.unregister(1)
     assert bench.device.connections.is_owned

@@ -1,6 +1,7 @@
-"""Class 1 connections of a device, with literal packets, virtual time and no sockets.
+"""Class 1 connections of a device send and accept packets at the right times.
 
-Times are in microseconds. The connections and their packets are in `exchange_bench`.
+The tests use literal packets and virtual time, without sockets. Times are in microseconds. The
+connections and their packets are in `exchange_bench`.
 """
 
 from __future__ import annotations
@@ -14,10 +15,10 @@ from rcx_harness.enip.cyclic.connections import ConnectionParameters, EndReason,
 from rcx_harness.enip.cyclic.journal import ConnectionEvent
 from rcx_harness.enip.cyclic.shared import Drop, SharedImages
 
-# Packets of the robot
+# Tests of the packets that the robot sends
 
 
-def test_a_packet_goes_out_every_interval(owned: Device) -> None:
+def test_a_packet_is_sent_every_interval(owned: Device) -> None:
     owned.images.to_master.write(IMAGE)
     assert owned.poll(0) == 10_000
     assert owned.poll(10_000) == 20_000
@@ -37,7 +38,7 @@ def test_a_packet_goes_out_every_interval(owned: Device) -> None:
 @pytest.mark.parametrize(
     ("api_us", "first_us"), [(1_000, 1_000), (10_000, 10_000), (3_200_000, 10_000)]
 )
-def test_the_first_packet_leaves_the_reply_to_the_forward_open_time_to_arrive(
+def test_the_first_packet_is_sent_after_the_reply_has_arrived(
     device: Device, api_us: int, first_us: int
 ) -> None:
     device.exchange.add(replace(OWNER, t_to_o_api_us=api_us), 500)
@@ -57,20 +58,20 @@ def test_new_outputs_of_the_robot_raise_the_short_count(owned: Device) -> None:
     assert owned.sent[1][0][20:] == IMAGE
 
 
-def test_a_stall_is_followed_by_one_packet_not_by_many(owned: Device) -> None:
+def test_after_a_stall_only_one_packet_is_sent(owned: Device) -> None:
     owned.poll(10_000)
     assert owned.poll(67_000) == 70_000
     assert len(owned.sent) == 2
     assert owned.images.status().skipped == 4
 
 
-def test_packets_go_to_the_port_and_with_the_code_point_agreed(device: Device) -> None:
+def test_packets_have_the_agreed_port_and_code_point(device: Device) -> None:
     device.exchange.add(replace(OWNER, destination_port=40_000, dscp=47), 0)
     device.poll(10_000)
     assert device.sent[0][1:] == ((MASTER, 40_000), 47)
 
 
-# Packets of the master
+# Tests of the packets that the master sends
 
 
 def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> None:
@@ -83,10 +84,10 @@ def test_data_of_the_running_master_goes_into_assembly_150(owned: Device) -> Non
 
 
 @pytest.mark.parametrize("before", [[], [0]])
-def test_data_is_there_when_the_state_run_is_published(
+def test_data_are_written_before_the_state_run(
     owned: Device, monkeypatch: pytest.MonkeyPatch, before: list[int]
 ) -> None:
-    """The data are written before RUN is published, at the start and after idle."""
+    """A reader that sees RUN finds the data, both at the start and after idle."""
     seen: list[tuple[OwnerState, bytes]] = []
     set_owner = SharedImages.set_owner
 
@@ -113,8 +114,11 @@ def test_an_arrival_is_published_after_its_data(
     assert seen == [IMAGE]
 
 
-def test_the_program_stops_and_starts_again(owned: Device) -> None:
-    """Data of an idle master are not used. The generation counts changes, not packets."""
+def test_data_of_an_idle_master_are_ignored(owned: Device) -> None:
+    """Data of an idle master are ignored.
+
+    `generation` counts the changes of the state, not the packets.
+    """
     states = []
     for number, run in enumerate((0, 1, 0, 0, 1), 1):
         owned.exchange.receive(packet(number, number, run=run), MASTER, 0)
@@ -143,7 +147,7 @@ def test_without_run_idle_header_the_master_runs(device: Device) -> None:
             bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3500 0200 01000000 {DATA[:-2]}"),
             Drop.LENGTH,
         ),
-        (packet(7, 2), Drop.OLD),  # a repeated number
+        (packet(7, 2), Drop.OLD),  # a repeated sequence number
         (packet(6, 2), Drop.OLD),
         (packet(0x80000007, 2), Drop.OLD),
         (packet(0x70000000, 2), Drop.JUMP),
@@ -161,10 +165,10 @@ def test_a_dropped_packet_is_counted_with_its_reason(
     assert status.drops[reason] == 1
 
 
-def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: Device) -> None:
-    """An attacker sends hundreds of packets with the address and connection id of the owner.
+def test_forged_packets_with_a_far_number_do_not_disturb_the_owner(owned: Device) -> None:
+    """Forged packets with far sequence numbers are dropped, and the owner's connection continues.
 
-    The owner's connection continues.
+    The forged packets have the owner's address and connection id.
     """
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     for number in range(2, 50):
@@ -177,9 +181,9 @@ def test_a_forged_packet_with_a_far_number_takes_nothing_from_the_owner(owned: D
 
 
 def test_a_wrong_length_is_stored_beside_the_right_one(owned: Device) -> None:
-    """A packet without the header has 50 bytes: 48 bytes of data and a count of 2 bytes.
+    """The device stores the length of a dropped packet (50 bytes) and the agreed length (54 bytes).
 
-    The header has 4 bytes, so the agreed length is 54 bytes. The device stores both lengths.
+    The dropped packet lacks the run/idle header of 4 bytes.
     """
     wrong = bytes.fromhex(f"0200 0280 0800 11111111 08000000 B100 3200 0200 {DATA}")
     owned.exchange.receive(wrong, MASTER, 0)
@@ -197,12 +201,14 @@ def test_a_packet_from_another_host_is_dropped_and_counted(owned: Device) -> Non
 @pytest.mark.parametrize(
     "unknown", [packet(1, 1, "99999999"), packet(1, 1, "22222222"), b"", b"\0" * 72]
 )
-def test_a_packet_of_no_connection_is_not_received(owned: Device, unknown: bytes) -> None:
+def test_a_packet_with_an_unknown_connection_id_is_not_received(
+    owned: Device, unknown: bytes
+) -> None:
     assert not owned.exchange.receive(unknown, MASTER, 0)
     assert owned.images.status().received == 0
 
 
-def test_packets_that_never_came_are_counted(owned: Device) -> None:
+def test_missing_packets_are_counted(owned: Device) -> None:
     for number in (0xFFFFFFFE, 1, 2):
         owned.exchange.receive(packet(number, number & 0xFFFF), MASTER, 0)
     status = owned.images.status()
@@ -215,7 +221,7 @@ def test_gaps_between_packets_are_stored(owned: Device) -> None:
     assert owned.images.gaps_us() == [10_100, 9_800]
 
 
-# The end of connections
+# Tests of time-outs and of closed connections
 
 
 @pytest.mark.parametrize(
@@ -228,7 +234,7 @@ def test_gaps_between_packets_are_stored(owned: Device) -> None:
         ),
     ],
 )
-def test_an_owner_who_never_sends_gives_way_after_ten_seconds(
+def test_an_owner_that_never_sends_times_out_after_ten_seconds(
     device: Device, owner: ConnectionParameters
 ) -> None:
     device.exchange.add(owner, 0)
@@ -251,7 +257,7 @@ def test_silence_of_interval_times_multiplier_ends_the_connection(
     assert device.ended == [(1, EndReason.TIMED_OUT)]
 
 
-def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> None:
+def test_the_time_out_is_measured_in_the_masters_interval(device: Device) -> None:
     device.exchange.add(replace(OWNER, o_to_t_api_us=2_000, t_to_o_api_us=100_000), 0)
     device.exchange.receive(packet(1, 1), MASTER, 0)
     assert device.poll(31_999) == 32_000
@@ -259,10 +265,10 @@ def test_the_time_out_counts_the_masters_interval_not_ours(device: Device) -> No
     assert device.owner() is OwnerState.TIMED_OUT
 
 
-def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
-    """The first packet changes the time-out from 10 s to 16 intervals of 2 ms.
+def test_the_first_packet_shortens_the_time_out(device: Device) -> None:
+    """The first packet shortens the time-out from 10 s to 16 intervals of 2 ms.
 
-    The robot's next packet is much later.
+    The device must check this time-out before its own next packet is due.
     """
     device.exchange.add(replace(OWNER, o_to_t_api_us=2_000, t_to_o_api_us=3_200_000), 0)
     assert device.poll(10_000) == 3_210_000
@@ -273,9 +279,9 @@ def test_the_first_packet_brings_the_end_nearer(device: Device) -> None:
 
 
 def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
-    """A second connection sends in time, even if the next packet of the first is due later.
+    """A second connection sends at its own times, even if the first one sends more slowly.
 
-    The first connection may also close.
+    This does not change when the first connection is closed.
     """
     device.exchange.add(replace(OWNER, t_to_o_api_us=3_200_000), 0)
     assert device.poll(10_000) == 3_210_000
@@ -287,7 +293,7 @@ def test_a_second_connection_is_due_at_its_own_time(device: Device) -> None:
     assert len(device.sent) == 2
 
 
-def test_after_the_time_out_nothing_is_sent_and_nothing_is_taken(owned: Device) -> None:
+def test_after_the_time_out_no_packets_are_sent_or_accepted(owned: Device) -> None:
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.poll(160_000)
     owned.destinations()
@@ -299,7 +305,10 @@ def test_after_the_time_out_nothing_is_sent_and_nothing_is_taken(owned: Device) 
 
 
 def test_a_closed_connection_ends_without_report(owned: Device) -> None:
-    """Closing a connection that is not open has no effect."""
+    """The end of a closed connection is not reported.
+
+    Closing an unknown connection has no effect.
+    """
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.exchange.remove(99, 0)
     assert owned.images.status().owners == 1
@@ -311,7 +320,7 @@ def test_a_closed_connection_ends_without_report(owned: Device) -> None:
     assert not owned.exchange.receive(packet(2, 2), MASTER, 0)
 
 
-def test_the_owner_comes_again_after_a_time_out(owned: Device) -> None:
+def test_an_owner_can_connect_again_after_a_time_out(owned: Device) -> None:
     owned.exchange.receive(packet(1, 1), MASTER, 0)
     owned.poll(160_000)
     owned.exchange.add(replace(OWNER, number=9, o_to_t_id=0x77777777), 200_000)
@@ -320,7 +329,7 @@ def test_the_owner_comes_again_after_a_time_out(owned: Device) -> None:
     assert owned.owner() is OwnerState.RUN
 
 
-def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -> None:
+def test_an_adapter_that_is_switched_off_loses_all_connections(owned: Device) -> None:
     owned.exchange.add(INPUT_ONLY, 0)
     owned.exchange.clear(0)
     assert owned.ended == [(1, EndReason.OFF), (2, EndReason.OFF)]
@@ -329,11 +338,11 @@ def test_an_adapter_that_goes_off_has_forgotten_all_connections(owned: Device) -
     assert owned.poll(0) is None
 
 
-# The journal of events
+# Tests of the journal of connection events
 
 
-def told(device: Device) -> list[tuple[int, str, str, str, int]]:
-    """Return the new entries of the journal: time, kind, state, peer, readers."""
+def new_entries(device: Device) -> list[tuple[int, str, str, str, int]]:
+    """Return the new entries of the journal as (time, kind, state, peer, number of readers)."""
     events = [ConnectionEvent.from_record(one) for one in device.images.events.read().records]
     return [(one.at_us, one.kind.value, one.state, one.peer, one.readers) for one in events]
 
@@ -346,7 +355,7 @@ def test_each_change_of_a_connection_is_one_entry_with_its_own_time(device: Devi
     device.exchange.receive(packet(3, 3, run=0), MASTER, 22_000)
     device.exchange.remove(2, 23_000)
     owner, reader = ("exclusive owner", MASTER), ("input only", OTHER)
-    assert told(device) == [
+    assert new_entries(device) == [
         (1_000, owner[0], "waiting", MASTER, 0),
         (2_000, owner[0], "run", MASTER, 0),
         (13_000, reader[0], "waiting", OTHER, 1),
@@ -354,16 +363,16 @@ def test_each_change_of_a_connection_is_one_entry_with_its_own_time(device: Devi
         (23_000, reader[0], "closed", OTHER, 0),
     ]
     device.poll(182_000)
-    assert told(device) == [(182_000, owner[0], "timed out", MASTER, 0)]
+    assert new_entries(device) == [(182_000, owner[0], "timed out", MASTER, 0)]
     device.exchange.add(OWNER, 200_000)
     device.exchange.clear(210_000)
-    assert told(device)[1:] == [(210_000, owner[0], "off", MASTER, 0)]
+    assert new_entries(device)[1:] == [(210_000, owner[0], "off", MASTER, 0)]
 
 
-def test_five_openings_and_closings_are_ten_entries_however_near_they_are(device: Device) -> None:
+def test_five_openings_and_closings_at_short_intervals_are_ten_entries(device: Device) -> None:
     for at_us in range(0, 500, 100):
         device.exchange.add(OWNER, at_us)
         device.exchange.remove(1, at_us + 50)
-    assert [(one[0], one[2]) for one in told(device)] == [
+    assert [(one[0], one[2]) for one in new_entries(device)] == [
         (at_us, "closed" if at_us % 100 else "waiting") for at_us in range(0, 500, 50)
     ]

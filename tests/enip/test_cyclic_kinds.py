@@ -1,4 +1,4 @@
-"""Several class 1 connections at once: input only, listen only, multicast.
+"""Several class 1 connections work at the same time: input only, listen only, multicast.
 
 Times are in microseconds. The connections and their packets are in `exchange_bench`.
 """
@@ -28,7 +28,7 @@ from rcx_harness.enip.cyclic.connections import (
     multicast_address,
 )
 
-# Input only and listen only
+# Tests of input-only and listen-only connections
 
 
 def test_input_only_receives_the_outputs_and_owns_nothing(device: Device) -> None:
@@ -75,7 +75,7 @@ def test_listen_only_ends_with_the_last_connection_of_another_kind(
     assert device.images.status().connections == 0
 
 
-def test_listen_only_lives_on_while_another_one_does(owned: Device) -> None:
+def test_listen_only_continues_while_another_connection_is_open(owned: Device) -> None:
     owned.exchange.add(INPUT_ONLY, 0)
     owned.exchange.add(LISTEN_ONLY, 0)
     owned.exchange.remove(1, 0)
@@ -104,7 +104,7 @@ def test_one_packet_serves_all_multicast_connections(device: Device) -> None:
     assert device.destinations() == [GROUP]
 
 
-def test_a_connection_that_joins_later_sees_the_running_sequence(device: Device) -> None:
+def test_a_connection_that_joins_later_gets_the_next_numbers(device: Device) -> None:
     device.exchange.add(multicast(OWNER), 0)
     device.poll(10_000)
     device.exchange.add(multicast(INPUT_ONLY), 15_000)
@@ -113,7 +113,7 @@ def test_a_connection_that_joins_later_sees_the_running_sequence(device: Device)
     assert [one[0][10:14].hex() for one in device.sent] == ["01000000", "02000000"]
 
 
-def test_multicast_goes_on_while_one_connection_lives(device: Device) -> None:
+def test_multicast_continues_while_one_connection_is_open(device: Device) -> None:
     for one in (OWNER, INPUT_ONLY):
         device.exchange.add(multicast(one), 0)
     device.exchange.remove(1, 0)
@@ -124,7 +124,7 @@ def test_multicast_goes_on_while_one_connection_lives(device: Device) -> None:
     assert device.destinations() == []
 
 
-def test_multicast_comes_at_the_shortest_interval_of_all(device: Device) -> None:
+def test_multicast_has_the_shortest_interval_of_all_connections(device: Device) -> None:
     device.exchange.add(multicast(OWNER, 20_000), 0)
     device.exchange.add(multicast(INPUT_ONLY, 5_000), 0)
     device.exchange.add(multicast(LISTEN_ONLY, 40_000), 0)
@@ -138,7 +138,7 @@ def test_multicast_comes_at_the_shortest_interval_of_all(device: Device) -> None
     assert device.destinations() == [GROUP]
 
 
-def test_point_to_point_beside_multicast_is_sent_for_itself(device: Device) -> None:
+def test_point_to_point_packets_are_sent_in_addition_to_multicast(device: Device) -> None:
     device.exchange.add(multicast(OWNER), 0)
     device.exchange.add(INPUT_ONLY, 0)
     device.poll(10_000)
@@ -153,14 +153,14 @@ def test_point_to_point_beside_multicast_is_sent_for_itself(device: Device) -> N
         ("192.168.0.9", "255.255.255.0", "239.192.2.0"),
         ("192.168.0.254", "255.255.255.0", "239.192.32.160"),
         ("10.0.4.0", "255.0.0.0", "239.192.128.224"),
-        ("10.0.4.1", "255.0.0.0", "239.192.1.0"),  # host 1025 counts as 1 of 1024
+        ("10.0.4.1", "255.0.0.0", "239.192.1.0"),  # host number 1025 has the group of host number 1
         ("127.0.0.1", "255.0.0.0", "239.192.1.0"),
     ],
 )
 def test_the_multicast_group_follows_from_the_host_number(
     host: str, netmask: str, group: str
 ) -> None:
-    """Each host has a block of 32 groups from 239.192.1.0; the first host number is 1.
+    """Each host has a block of 32 groups, starting with host number 1 at 239.192.1.0.
 
     Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3.
     """

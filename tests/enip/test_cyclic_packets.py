@@ -40,7 +40,7 @@ def test_a_packet_carries_a_sequence_count_the_header_and_the_data(
     assert out.packet() == hexa(f"0200 0280 0800 44332211 01000000 B100 {content}")
 
 
-def test_the_long_count_is_that_of_packets_and_the_short_one_that_of_new_data() -> None:
+def test_the_long_count_counts_packets_and_the_short_count_new_data() -> None:
     out = producer()
     out.renew(hexa("A1A2A3A4"), version=1, run=False)
     assert [out.packet()[10:14], out.packet()[10:14]] == [hexa("01000000"), hexa("02000000")]
@@ -49,7 +49,7 @@ def test_the_long_count_is_that_of_packets_and_the_short_one_that_of_new_data() 
     assert out.packet()[10:] == hexa("04000000 B100 0600 0200 B1B2B3B4")
 
 
-def test_both_counts_begin_again_at_zero_after_their_last() -> None:
+def test_both_counts_wrap_to_zero() -> None:
     out = producer()
     for version in range(0xFFFF):
         out.renew(bytes(4), version, run=False)
@@ -61,7 +61,7 @@ def test_both_counts_begin_again_at_zero_after_their_last() -> None:
     assert out.packet()[10:14] == hexa("00000000")
 
 
-def test_data_is_new_when_it_was_written_or_the_program_was_stopped_or_started() -> None:
+def test_data_are_new_after_a_write_or_a_change_of_run() -> None:
     out = producer(run_idle=True)
     assert out.is_new(version=0, run=True)
     out.renew(bytes(4), version=0, run=True)
@@ -80,14 +80,14 @@ def test_packets_are_due_at_multiples_of_the_interval_however_late_each_is() -> 
 
 
 @pytest.mark.parametrize(("now_us", "lost", "due_us"), [(2_000, 1, 4_000), (7_900, 3, 8_000)])
-def test_after_a_stall_nothing_is_made_up_for(now_us: int, lost: int, due_us: int) -> None:
-    """Packets that are overdue are dropped. The next packet is sent at its own time."""
+def test_after_a_stall_overdue_packets_are_left_out(now_us: int, lost: int, due_us: int) -> None:
+    """After a stall, overdue packets are left out, and the next packet is sent at its own time."""
     out = producer(api_us=2_000)
     assert out.advance(now_us) == lost
     assert out.due_us == due_us
 
 
-def test_a_datagram_is_taken_apart() -> None:
+def test_a_datagram_is_decoded() -> None:
     datagram = hexa("0200 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4")
     assert decode_packet(datagram) == Packet(0x11223344, 5, hexa("0100 A1A2A3A4"))
 
@@ -96,15 +96,18 @@ def test_a_datagram_is_taken_apart() -> None:
     "datagram",
     [
         "",
-        "0200 0280 0800 44332211 05000000 B100 06",  # The packet ends within its header.
+        # the packet ends within the header of its second item
+        "0200 0280 0800 44332211 05000000 B100 06",
         "0100 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # one item
         "0300 0280 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # three items
-        "0200 A100 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",  # connected address
+        # a connected address item instead of a sequenced one
+        "0200 A100 0800 44332211 05000000 B100 0600 0100 A1A2A3A4",
         "0200 0280 0400 44332211 05000000 B100 0600 0100 A1A2A3A4",  # wrong length of the address
-        "0200 0280 0800 44332211 05000000 B200 0600 0100 A1A2A3A4",  # unconnected data
+        # an unconnected data item instead of a connected one
+        "0200 0280 0800 44332211 05000000 B200 0600 0100 A1A2A3A4",
     ],
 )
-def test_another_datagram_is_no_packet(datagram: str) -> None:
+def test_an_invalid_datagram_is_not_a_packet(datagram: str) -> None:
     assert decode_packet(hexa(datagram)) is None
 
 
@@ -118,8 +121,8 @@ def test_a_length_that_is_not_the_datagrams_leaves_no_content(tail: str) -> None
     ("header", "run"),
     [("01000000", True), ("00000000", False), ("FEFFFFFF", False), ("FFFFFFFF", True)],
 )
-def test_data_is_taken_of_a_running_master_alone(header: str, run: bool) -> None:
-    """Only the lowest bit of the header has an effect.
+def test_only_data_of_a_running_master_are_used(header: str, run: bool) -> None:
+    """Data are used only if bit 0 of the run/idle header is 1.
 
     The other bits are reserved or concern redundant owners.
     """
@@ -135,7 +138,7 @@ def test_the_same_short_count_is_no_new_data_but_keeps_the_connection() -> None:
     assert into.take(9, hexa("0200 01000000 B1B2B3B4"), 6_000) == Arrival(hexa("B1B2B3B4"), True, 0)
 
 
-def test_the_first_data_after_idle_is_new_whatever_its_count() -> None:
+def test_the_first_data_after_idle_are_new_with_any_count() -> None:
     into = consumer()
     assert into.take(7, hexa("0100 01000000 A1A2A3A4"), 0)
     assert into.take(8, hexa("0100 00000000 B1B2B3B4"), 0) == Arrival(None, False, 0)
@@ -150,10 +153,10 @@ def test_the_first_data_after_idle_is_new_whatever_its_count() -> None:
         (7, 0xFFFFFFF0),
         (0, 0xFFFFFFFF),
         (5, 0x80000005),
-        (0x10, 0xFFFFFC10),  # 1,024 before the number, across the wrap-around
+        (0x10, 0xFFFFFC10),  # the number minus 1,024, across the wrap-around
     ],
 )
-def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: int) -> None:
+def test_a_packet_with_an_old_number_does_not_extend_the_time_out(last: int, number: int) -> None:
     into = consumer()
     into.take(last, hexa("0100 01000000 A1A2A3A4"), 1_000)
     assert into.take(number, hexa("0200 01000000 B1B2B3B4"), 50_000) is Drop.OLD
@@ -166,14 +169,12 @@ def test_an_old_sequence_number_is_dropped_and_time_runs_on(last: int, number: i
         (7, 7 + 1025),
         (7, 0x70000000),
         (5, 0x80000004),  # the largest jump forwards; a larger one would count as an old number
-        (0xFFFFFFFF, 1024),  # across the wrap-around
+        (0xFFFFFFFF, 1024),  # a jump across the wrap-around
         (0xFFFFFE00, 0x201),
     ],
 )
-def test_a_jump_of_the_sequence_number_is_dropped_and_the_owner_goes_on(
-    last: int, number: int
-) -> None:
-    """The packet's data and number are ignored, so the owner's next packet is accepted.
+def test_a_packet_whose_number_jumps_is_dropped(last: int, number: int) -> None:
+    """A packet whose number jumps by 1,024 or more is ignored. The owner's next one is accepted.
 
     The limit of 1,024 is twice the longest time-out in packets, 512 intervals (CIP volume 1,
     chapter 3, 5.5.1).
@@ -197,8 +198,8 @@ def test_packets_that_overtake_each_other_are_taken_once_and_the_late_one_is_dro
     assert reasons == [0, 0, 1, Drop.OLD, 0, Drop.OLD]
 
 
-def test_a_burst_of_losses_shorter_than_the_longest_time_out_goes_on() -> None:
-    """The multiplier allows 512 intervals, and 511 packets are lost."""
+def test_losses_shorter_than_the_time_out_do_not_end_the_connection() -> None:
+    """If 511 packets are lost and the time-out is 512 intervals, the connection continues."""
     into = consumer(timeout_us=5_120_000)
     into.take(100, hexa("0100 01000000 A1A2A3A4"), 0)
     taken = into.take(612, hexa("0002 01000000 B1B2B3B4"), 5_119_000)
@@ -207,13 +208,16 @@ def test_a_burst_of_losses_shorter_than_the_longest_time_out_goes_on() -> None:
 
 @pytest.mark.parametrize("first", [0, 1, 0x70000000, 0xFFFFFFFF])
 def test_a_connection_begins_with_any_sequence_number(first: int) -> None:
-    """After a restart, a scanner begins its new connection with 0, or continues the old numbers."""
+    """The first packet of a connection may have any sequence number.
+
+    After a restart, a scanner begins with 0 or continues the old numbers.
+    """
     taken = consumer().take(first, hexa("0000 01000000 A1A2A3A4"), 0)
     assert taken == Arrival(hexa("A1A2A3A4"), True, 0)
 
 
-def test_the_short_count_may_wrap_and_jump_as_it_likes() -> None:
-    """If the count of 16 bits is repeated, the data are not new. Any other count means new data."""
+def test_the_short_count_may_wrap_and_jump() -> None:
+    """Any other value of the 16-bit sequence count than the last one means new data."""
     into = consumer()
     into.take(1, hexa("FFFF 01000000 A1A2A3A4"), 0)
     for number, count in enumerate(("0000", "0500", "0200"), 2):
@@ -263,7 +267,7 @@ def test_a_heartbeat_may_carry_the_header_if_that_was_agreed() -> None:
     ("timeout_us", "options", "first_us"),
     [
         (160_000, {}, 10_000_000),
-        (1_638_400_000, {"first_us": 10_000_000}, 10_000_000),  # 512 times 3.2 s
+        (1_638_400_000, {"first_us": 10_000_000}, 10_000_000),  # a time-out of 512 times 3.2 s
         (12_800_000, {}, 12_800_000),
     ],
 )

@@ -1,8 +1,8 @@
-"""The process of the cyclic part with real sockets: packets and their numbers, but not times.
+"""The process of the cyclic I/O sends and receives the right packets over real sockets.
 
-The tests play the master with a UDP socket. If a test waits for an effect, it counts the robot's
-packets, which come every 4 ms. It fails after a number of packets that even a slow machine does not
-need.
+The tests do not check times. They simulate the master with a UDP socket. To wait for an effect, a
+test counts the robot's packets, which arrive every 4 ms. The limit is so high that even a slow
+computer does not reach it.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from rcx_harness.enip.errors import EnipError
 
 ROBOT, MASTER, STRANGER = "127.5.0.1", "127.5.0.2", "127.5.0.3"
 GENEROUS_S = 60.0
-_IP_RECVTTL = 12  # value on Linux, because Python has no name for it
+_IP_RECVTTL = 12  # the number of IP_RECVTTL on Linux; Python does not define the name
 
 OWNER = replace(
     exchange_bench.OWNER,
@@ -47,7 +47,7 @@ OWNER = replace(
 
 
 def packet(number: int, identifier: str = "11111111") -> bytes:
-    """Return a packet of the running master, in which both sequence numbers are the same."""
+    """Return a packet of a master in RUN. Both sequence numbers of the packet are `number`."""
     return exchange_bench.packet(number, number, identifier)
 
 
@@ -61,7 +61,7 @@ def udp(host: str) -> socket.socket:
 
 @dataclass
 class Target:
-    """The process under test, and the master's socket."""
+    """The process under test, and the UDP socket of the simulated master."""
 
     images: SharedImages
     socket: socket.socket
@@ -76,22 +76,22 @@ class Target:
         self.control.add(replace(parameters, destination_port=self.port))
 
     def send(self, datagram: bytes) -> None:
-        """Send from the master's socket."""
+        """Send a datagram from the master's socket to the process."""
         self.socket.sendto(datagram, (ROBOT, self.control.port))
 
     def receive(self) -> bytes:
-        """Return the robot's next packet."""
+        """Wait for the robot's next packet, and return it."""
         datagram, (host, port) = self.socket.recvfrom(2048)
         assert (host, port) == (ROBOT, self.control.port)
         return datagram
 
     def receive_until(self, condition: Callable[[], bool]) -> None:
-        """Receive the robot's packets until the condition holds."""
+        """Receive packets of the robot until the condition is true."""
         for _ in range(10_000):
             if condition():
                 return
             self.receive()
-        raise AssertionError("not within 10,000 packets")
+        raise AssertionError("the condition did not become true within 10,000 packets")
 
 
 @pytest.fixture
@@ -103,7 +103,7 @@ def target() -> Iterator[Target]:
             yield target
 
 
-def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> None:
+def test_packets_are_sent_in_sequence_with_the_robots_outputs(target: Target) -> None:
     target.images.to_master.write(IMAGE)
     target.open()
     received = [target.receive() for _ in range(30)]
@@ -116,8 +116,8 @@ def test_packets_come_in_sequence_with_the_robots_outputs(target: Target) -> Non
     ]
 
 
-def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> None:
-    """The process may receive the packet before it reads the order to open the connection."""
+def test_a_packet_right_after_the_order_to_open_is_accepted(target: Target) -> None:
+    """A packet is accepted even if it arrives before the process has read the order to open."""
     target.open(replace(OWNER, number=1_000))
     with udp(STRANGER) as stranger:
         for number in range(1, 101):
@@ -130,7 +130,7 @@ def test_a_packet_right_behind_the_order_to_open_is_taken(target: Target) -> Non
 
 
 def test_packets_from_another_port_of_the_master_arrive_in_assembly_150(target: Target) -> None:
-    """The source port is not checked."""
+    """Packets of the master are accepted from any source port."""
     target.open()
     with udp(MASTER) as other:
         other.sendto(packet(1), (ROBOT, target.control.port))
@@ -150,7 +150,7 @@ def test_packets_of_strangers_and_garbage_are_counted_and_change_nothing(target:
     assert target.images.owner is OwnerState.WAITING
 
 
-def test_a_flood_of_garbage_keeps_no_packet_from_going_out(target: Target) -> None:
+def test_a_flood_of_garbage_does_not_stop_the_robots_packets(target: Target) -> None:
     target.open()
     numbers = []
     with udp(STRANGER) as stranger:
@@ -173,7 +173,7 @@ def test_a_closed_connection_is_not_served_any_more(target: Target) -> None:
     target.open(replace(OWNER, number=2, t_to_o_id=0x33333333, kind=ConnectionKind.INPUT_ONLY))
     target.control.remove(1)
     target.receive_until(lambda: target.images.owner is OwnerState.CLOSED)
-    # Earlier packets are read before the next twenty.
+    # The first of these packets may have been sent before the connection was closed.
     identifiers: list[str] = []
     while identifiers.count("33333333") < 20:
         identifiers.append(target.receive()[6:10].hex())
@@ -181,19 +181,19 @@ def test_a_closed_connection_is_not_served_any_more(target: Target) -> None:
     assert target.ended.empty()
 
 
-def test_a_cut_cable_lets_nothing_through_and_ends_in_a_time_out(target: Target) -> None:
+def test_a_cut_cable_leads_to_a_time_out(target: Target) -> None:
     target.open(replace(OWNER, o_to_t_api_us=1_000))
     target.send(packet(1))
     target.receive_until(lambda: target.images.status().received == 1)
     target.images.link = LinkState.CUT
-    # The master continues to send, but its packets do not arrive, so the connection times out.
+    # The master continues to send, but the link is cut, so the connection times out.
     for number in range(2, 20_000):
         target.send(packet(number))
         with suppress(queue.Empty):
             assert target.ended.get(timeout=0.001) == (1, EndReason.TIMED_OUT)
             break
     else:
-        raise AssertionError("not within 20,000 packets")
+        raise AssertionError("the connection did not time out within 20,000 packets")
     target.socket.setblocking(False)
     last = b""
     with suppress(BlockingIOError):
@@ -215,7 +215,7 @@ def test_an_adapter_switched_off_has_lost_its_connections(target: Target) -> Non
 
 
 def test_multicast_packets_reach_the_group_and_leave_no_network(target: Target) -> None:
-    """The time to live of the packets is 1. The test reads the socket's option from the kernel."""
+    """Multicast packets reach the group. Their time to live is 1, so no router forwards them."""
     group = "239.192.5.32"
     listener = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
     listener.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
@@ -235,7 +235,7 @@ def test_multicast_packets_reach_the_group_and_leave_no_network(target: Target) 
 
 
 def test_packets_carry_the_code_point_that_was_agreed(target: Target) -> None:
-    """Differentiated services code point 47 is in the upper six bits: 0xBC."""
+    """Packets have the agreed code point 47 in the upper six bits of their TOS byte (0xBC)."""
     target.socket.setsockopt(socket.IPPROTO_IP, socket.IP_RECVTOS, 1)
     target.open(replace(OWNER, dscp=47))
     _, ancillary, _, _ = target.socket.recvmsg(2048, 64)
@@ -243,9 +243,9 @@ def test_packets_carry_the_code_point_that_was_agreed(target: Target) -> None:
 
 
 def test_a_port_that_is_taken_is_refused_in_one_sentence() -> None:
-    """A second process at the port is refused.
+    """If another process uses the UDP port, the port is refused with one sentence.
 
-    Otherwise both would receive a part of the packets without notice.
+    Otherwise each process would receive a part of the packets without notice.
     """
     with SharedImages.create(48) as images, udp(ROBOT) as first:
         port = first.getsockname()[1]
@@ -276,7 +276,7 @@ def test_orders_to_a_process_that_has_ended_are_an_error(target: Target) -> None
 
 
 def test_without_its_parent_the_process_leaves_no_owner_behind(target: Target) -> None:
-    """The process detects the end of its parent only by the closed pipe of orders."""
+    """If the pipe of its parent is closed, the process ends, and no owner remains."""
     target.open()
     target.send(packet(1))
     target.receive_until(lambda: target.images.owner is OwnerState.RUN)
@@ -285,8 +285,11 @@ def test_without_its_parent_the_process_leaves_no_owner_behind(target: Target) -
     assert target.images.status().connections == 0
 
 
-def test_the_process_ends_with_its_parent_however_that_ends() -> None:
-    """Parent and process share one standard error. It closes when both have ended."""
+def test_the_process_ends_with_its_parent() -> None:
+    """The process ends with its parent, in whatever way the parent ends.
+
+    The test waits until standard error is closed, which both processes hold open.
+    """
     parent = textwrap.dedent(
         f"""
         import sys

@@ -1,6 +1,7 @@
-"""The scanner's end of class 1 connections: literal packets, virtual time, no sockets.
+"""A scanner sends and accepts packets of class 1 connections at the right times.
 
-Times are in microseconds. The connections and their packets are in `exchange_bench`.
+The tests use literal packets and virtual time, without sockets. Times are in microseconds. The
+connections and their packets are in `exchange_bench`.
 """
 
 from __future__ import annotations
@@ -27,7 +28,7 @@ from rcx_harness.enip.cyclic.shared import SharedImages
 
 @pytest.fixture
 def scanner(images: SharedImages) -> Device:
-    """Return the originator of OWNER, opened at 0, with the robot as its peer."""
+    """Return a scanner with an exclusive owner connection to the robot, opened at time 0."""
     device = Device(images, Role.ORIGINATOR)
     device.exchange.add(replace(OWNER, peer=ROBOT, destination=ROBOT), 0)
     return device
@@ -49,7 +50,7 @@ def test_a_scanner_sends_assembly_150_with_its_run_or_idle_state(
     assert scanner.sent == [(bytes.fromhex(expected), (ROBOT, 2222), 0)]
 
 
-def test_a_scanner_takes_assembly_100_and_is_connected_then(scanner: Device) -> None:
+def test_a_scanner_receives_assembly_100_and_is_then_connected(scanner: Device) -> None:
     assert scanner.owner() is OwnerState.WAITING
     assert scanner.exchange.receive(from_robot(1), ROBOT, 0)
     assert scanner.images.to_master.read() == IMAGE
@@ -59,7 +60,10 @@ def test_a_scanner_takes_assembly_100_and_is_connected_then(scanner: Device) -> 
 def test_a_scanner_that_is_connected_has_the_data_and_their_time(
     scanner: Device, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Another process may read between any two of these writes."""
+    """When a reader sees RUN, the image and its arrival time are already written.
+
+    Another process may read between any two of the writes.
+    """
     seen: list[tuple[OwnerState, int, bytes]] = []
 
     def set_owner(images: SharedImages, state: OwnerState, _: ConnectionParameters | None) -> None:
@@ -70,8 +74,8 @@ def test_a_scanner_that_is_connected_has_the_data_and_their_time(
     assert seen == [(OwnerState.RUN, 7_000, IMAGE)]
 
 
-def test_a_scanner_watches_the_robots_interval_not_its_own(images: SharedImages) -> None:
-    """The time-out is 16 times 2 ms, although the scanner itself sends every 100 ms."""
+def test_the_time_out_of_a_scanner_uses_the_robots_interval(images: SharedImages) -> None:
+    """The time-out is 16 times the robot's interval of 2 ms, not the scanner's 100 ms."""
     scanner = Device(images, Role.ORIGINATOR)
     one = replace(OWNER, o_to_t_api_us=100_000, t_to_o_api_us=2_000)
     scanner.exchange.add(replace(one, peer=ROBOT, destination=ROBOT), 0)
@@ -96,7 +100,7 @@ def test_a_scanner_that_owns_nothing_sends_a_heartbeat(images: SharedImages) -> 
 
 
 def test_a_scanner_alone_may_listen_only(images: SharedImages) -> None:
-    """The adapter decides which other connections a listener needs."""
+    """A scanner's listen-only connection continues alone; the adapter decides when it must end."""
     scanner = Device(images, Role.ORIGINATOR)
     for one in (INPUT_ONLY, LISTEN_ONLY):
         scanner.exchange.add(replace(one, peer=ROBOT, destination=ROBOT), 0)

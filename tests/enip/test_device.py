@@ -1,4 +1,4 @@
-"""Properties of the whole device: status word, owned outputs, reset, unconnected send."""
+"""The device has the right status word, protects owned outputs, and handles reset and routing."""
 
 from __future__ import annotations
 
@@ -21,13 +21,14 @@ STATUS = "0E03 2001 2401 3005"
         (OwnerState.WAITING, "7100"),
         (OwnerState.IDLE, "7100"),
         (OwnerState.RUN, "6100"),
-        (OwnerState.TIMED_OUT, "7100"),  # a new owner, but the state is still of the previous one
+        # there is a new owner, but the state is still that of the previous one
+        (OwnerState.TIMED_OUT, "7100"),
     ],
 )
 def test_the_status_word_says_owned_and_whether_the_master_runs(
     bench: Any, state: OwnerState, word: str
 ) -> None:
-    """Bit 0 means "owned". Bits 4 to 7 are 6 if a connection runs, and 7 if all are idle."""
+    """Bit 0 of the status word means "owned". Bits 4 to 7 are 6 in RUN, and 7 if all are idle."""
     bench.ask(forward_open())
     bench.owner = state
     assert bench.ask(STATUS) == bytes.fromhex(f"8E00 0000 {word}")
@@ -59,9 +60,9 @@ def test_list_identity_shows_the_same_status(bench: Any, session: Session) -> No
 
 
 def test_outputs_that_are_owned_cannot_be_set_by_messages(bench: Any) -> None:
-    """The answer is 0x0C.
+    """While a connection owns the outputs, a message that sets them gets status 0x0C.
 
-    Every client may read the outputs, and set them when the owner has gone.
+    Each client may read the outputs, and may set them when there is no owner.
     """
     write = "1003 2004 2496 3003" + "55" * 48
     bench.ask(forward_open())
@@ -95,7 +96,7 @@ def test_another_reset_is_refused(bench: Any, request_: str, status: int) -> Non
 
 
 def test_a_device_that_is_owned_cannot_be_reset(bench: Any) -> None:
-    """The answer is 0x10, because a stray message must not take the robot's master away."""
+    """A reset of an owned device gets status 0x10, as it would disconnect the robot's master."""
     bench.ask(forward_open())
     assert bench.ask("0502 2001 2401") == bytes.fromhex("8500 1000")
     assert bench.resets == 0
@@ -110,7 +111,8 @@ ODD = "1003 2048 2401 3004 3F"  # nine bytes
     ("data", "reply"),
     [
         (f"0A0E 0800 {GET_SIZE} 00 00", "8E00 0000 3000"),  # no route: for this device
-        (f"0A0E 0800 {GET_SIZE} 01 00 0100", "8E00 0000 3000"),  # the usual route
+        # the usual route over port 1, address 0
+        (f"0A0E 0800 {GET_SIZE} 01 00 0100", "8E00 0000 3000"),
         (f"0A0E 0900 {ODD} 00 00 00", "9000 0000"),  # a pad byte after an odd length
         (f"0A0E 0900 {ODD} 00 01 00 0100", "9000 0000"),
         ("0A0E 0800 0E03 2004 2465 3004 00 00", "8E00 0500"),  # the message itself is refused
@@ -140,7 +142,7 @@ def test_unconnected_send_opens_and_closes_connections(bench: Any) -> None:
 
 
 def test_unconnected_send_is_not_nested(bench: Any) -> None:
-    """The answer has extended status 0x205."""
+    """An Unconnected Send inside an Unconnected Send gets extended status 0x205."""
     inner = f"52 02 2006 2401 0A0E 0800 {GET_SIZE} 00 00"
     length = len(bytes.fromhex(inner))
     assert bench.ask(f"52 02 2006 2401 0A0E {length:02X}00 {inner} 00 00") == bytes.fromhex(
@@ -148,7 +150,7 @@ def test_unconnected_send_is_not_nested(bench: Any) -> None:
     )
 
 
-def test_a_cyclic_part_that_is_lost_takes_its_connections_along(bench: Any) -> None:
+def test_if_the_cyclic_process_is_lost_its_connections_are_closed(bench: Any) -> None:
     bench.ask(forward_open())
     bench.ask(forward_open(transport="A3", path="2002 2401", triad=OTHER))
     bench.device.connections.forget_cyclic()

@@ -1,4 +1,4 @@
-"""`rcx eds` writes a sheet that tools can read and that describes the adapter."""
+"""`rcx eds` writes an EDS file that tools can read and that describes the adapter."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _FIELD = re.compile(r'\s*("[^"]*"|[^",;]*)\s*([,;])')
 
 
 def read(text: str) -> Sheet:
-    """Return sections, entries and fields. This minimal reader does not remove quotes."""
+    """Return the sections, entries and fields of an EDS file. Quotes are not removed."""
     sheet: Sheet = {}
     rest = "\n".join(line.partition("$")[0] for line in text.splitlines())
     while rest := rest.lstrip():
@@ -53,12 +53,12 @@ def sheet() -> Sheet:
 
 @pytest.mark.parametrize("size", [48, 256])
 def test_a_reader_of_eds_files_finds_no_fault(size: int) -> None:
-    """eds-pie knows the sections, entries and types of the format."""
+    """The reader eds-pie, which knows the EDS format, finds no mistake in the file."""
     from eds_pie.eds_pie import CIP_EDS  # eds-pie sets up logging when it is imported
 
     with log_messages() as complaints:
         read_in = CIP_EDS(eds_text(size))
-    # The tables of eds-pie have no entries for the section Port.
+    # Messages about the section Port are ignored, because eds-pie does not know its entries.
     assert [
         one for one in complaints if "[Port]" not in one and "Unknown Entry [{" not in one
     ] == []
@@ -66,7 +66,7 @@ def test_a_reader_of_eds_files_finds_no_fault(size: int) -> None:
     assert read_in.get_value("Params", "Param2", 11) == str(size)
 
 
-def test_the_reader_would_find_a_fault() -> None:
+def test_the_reader_reports_a_mistake_in_the_file() -> None:
     from eds_pie.eds_pie import CIP_EDS
 
     with log_messages() as complaints:
@@ -96,7 +96,7 @@ def test_the_device_is_the_adapters_identity() -> None:
 
 
 def test_packet_interval_and_both_sizes_are_parameters(sheet: Sheet) -> None:
-    """The sizes are 48 bytes, or 256 with the word extension; the interval is 2 ms to 3.2 s.
+    """The EDS file offers packet intervals of 2 ms to 3.2 s, and sizes of 48 and 256 bytes.
 
     Source: manual chapter 1, 4.3 (Output Size, Input Size).
     """
@@ -119,7 +119,7 @@ def test_the_proposed_size_can_be_chosen() -> None:
 
 
 def test_three_connections_read_assembly_100_and_one_writes_150(sheet: Sheet) -> None:
-    """The connections are Exclusive Owner, Input Only and Listen Only, all of class 1 and cyclic.
+    """The EDS file has three cyclic class 1 connections: Exclusive Owner, Input Only, Listen Only.
 
     Trigger and transport: bit 1 class 1, bit 16 cyclic, bits 24 to 26 listen, input, owner.
     Parameters: bits 0 and 2 fixed sizes, bits 8 to 10 O->T format (4: run/idle header, 3:
@@ -142,7 +142,7 @@ def test_three_connections_read_assembly_100_and_one_writes_150(sheet: Sheet) ->
 
 @pytest.mark.parametrize("size", [48, 256])
 def test_the_adapter_takes_every_connection_of_the_sheet(size: int) -> None:
-    """Each connection is opened with the path, sizes, types and packet interval of the sheet."""
+    """The adapter opens each connection with the path, sizes, types and interval of the file."""
     sheet = read(eds_text(size))
     interval = int(sheet["Params"]["Param1"][11])
     sizes = {key: int(fields[11]) for key, fields in sheet["Params"].items() if len(fields) > 11}
@@ -163,14 +163,14 @@ def test_the_adapter_takes_every_connection_of_the_sheet(size: int) -> None:
             assert reply.status == 0, f"{entry[12]}: {reply}"
 
 
-def test_it_follows_the_adapters_options() -> None:
+def test_the_file_has_the_limits_of_the_adapters_options() -> None:
     options = AdapterOptions(rpi_min_us=20_000)
     sheet = read(eds_text(options=options))
     assert sheet["Params"]["Param1"][9:12] == ["20000", "3200000", "20000"]
 
 
-def test_it_says_that_it_is_of_the_virtual_controller() -> None:
-    """The sheet names the virtual controller and contains no text of the vendor."""
+def test_the_file_says_that_it_is_for_the_virtual_controller() -> None:
+    """The EDS file says that it is for a simulation, and does not contain the vendor's name."""
     text = eds_text()
     comments = "\n".join(line for line in text.splitlines() if line.startswith("$"))
     assert "virtual controller (a simulation)" in comments
@@ -193,7 +193,7 @@ def test_the_sheet_is_written_to_a_file_and_missing_folders_are_made(
     assert capsys.readouterr().out == f"written: {file}\n"
 
 
-def test_the_sheet_can_be_made_for_what_is_served(capsys: Captured) -> None:
+def test_the_options_of_the_command_are_in_the_file(capsys: Captured) -> None:
     options = ["--product-code", "77", "--revision", "3.9", "--rpi-min", "1ms"]
     assert main(["eds", *options]) == 0
     sheet = read(capsys.readouterr().out)
@@ -240,7 +240,10 @@ def test_an_existing_sheet_is_replaced_only_with_force(tmp_path: Path, capsys: C
 def test_the_commands_of_the_page_can_be_typed_one_after_the_other(
     repository: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/how-to/network.md, EDS file."""
+    """The `rcx eds` commands of the page work one after the other.
+
+    Source: docs/how-to/network.md.
+    """
     lines = (repository / "docs/how-to/network.md").read_text(encoding="utf-8").splitlines()
     commands = [line.partition("#")[0].split()[1:] for line in lines if line.startswith("rcx eds ")]
     monkeypatch.chdir(tmp_path)

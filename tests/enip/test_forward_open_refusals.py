@@ -1,4 +1,4 @@
-"""Every refusal of a Forward Open has its status, extended status, triad and path size."""
+"""Each wrong Forward Open is refused with the right status, triad and path size."""
 
 from __future__ import annotations
 
@@ -15,32 +15,33 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
 @pytest.mark.parametrize(
     ("fields", "words"),
     [
-        # 0x123, 0x124: connection types
-        ({"o_to_t": "3608"}, "2301"),  # type null, to the adapter
-        ({"o_to_t": "3628"}, "2301"),  # type multicast, to the adapter
-        ({"o_to_t": "3668"}, "2301"),  # reserved
-        ({"t_to_o": "3208"}, "2401"),  # type null, from the adapter
-        ({"t_to_o": "3268"}, "2401"),  # reserved
-        # 0x132: null Forward Open
+        # 0x123, 0x124: connection types that the device does not have
+        ({"o_to_t": "3608"}, "2301"),  # connection type null, to the adapter
+        ({"o_to_t": "3628"}, "2301"),  # connection type multicast, to the adapter
+        ({"o_to_t": "3668"}, "2301"),  # reserved type, to the adapter
+        ({"t_to_o": "3208"}, "2401"),  # connection type null, from the adapter
+        ({"t_to_o": "3268"}, "2401"),  # reserved type, from the adapter
+        # 0x132: a null Forward Open (both types null)
         ({"o_to_t": "3608", "t_to_o": "3208"}, "3201"),
-        # 0x133: multiplier
+        # 0x133: the multiplier is too large
         ({"multiplier": "08"}, "3301"),
-        # 0x11C: class 0, 2, 4 to 6
+        # 0x11C: transport classes 0, 2 and 4 to 6
         ({"transport": "00"}, "1C01"),
         ({"transport": "02"}, "1C01"),
         ({"transport": "04"}, "1C01"),
         ({"transport": "06"}, "1C01"),
-        # 0x11D: change of state, application, reserved
+        # 0x11D: triggers other than cyclic: change of state, application, reserved
         ({"transport": "11"}, "1D01"),
         ({"transport": "21"}, "1D01"),
         ({"transport": "31"}, "1D01"),
         ({"transport": "B3", "path": "2002 2401"}, "1D01"),
-        # 0x11E: the direction does not fit the class
+        # 0x11E: the direction bit does not fit the transport class
         ({"transport": "81"}, "1E01"),
         ({"transport": "23", "path": "2002 2401"}, "1E01"),
-        # 0x125: redundant owner
+        # 0x125: a redundant owner is not supported
         ({"o_to_t": "36C8"}, "2501"),
-        # 0x114 vendor, product code; 0x115 device type; 0x116 revision
+        # electronic keys with a wrong vendor or product code (0x114), device type (0x115), revision
+        # (0x116)
         ({"path": "3404 7D02 2B00 0500 0101 2004 2405 2C96 2C64"}, "1401"),
         ({"path": "3404 7C02 2B00 0600 0101 2004 2405 2C96 2C64"}, "1401"),
         ({"path": "3404 7C02 2C00 0500 0101 2004 2405 2C96 2C64"}, "1501"),
@@ -52,7 +53,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"path": "2002 2401"}, "2F01"),
         ({"path": "2005 2405 2C96 2C64"}, "2F01"),
         ({"path": "2004 2405 2005 2C96 2C64"}, "2F01"),
-        # 0x129 configuration, 0x12A consuming, 0x12B producing instance
+        # wrong instances: configuration (0x129), consuming (0x12A), producing (0x12B)
         ({"path": "2004 2402 2C96 2C64"}, "2901"),
         ({"path": "2004 2405 2C64 2C96"}, "2A01"),
         ({"path": "2004 2405 2C65 2C64"}, "2A01"),
@@ -60,7 +61,7 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"path": "2004 2405 2C96 2C96"}, "2B01"),
         # 0x126: configuration data where none are allowed
         ({"path": "2004 2405 2C96 2C64 8001 1234"}, "2601 0000"),
-        # 0x127, 0x128 with the size that is required
+        # 0x127, 0x128: wrong sizes; the reply has the required size
         ({"o_to_t": "3548"}, "2701 3600"),
         ({"o_to_t": "3748"}, "2701 3600"),
         ({"o_to_t": "3248"}, "2701 3600"),  # without the run/idle header
@@ -69,15 +70,16 @@ LISTEN_ONLY = {"o_to_t": "0248", "path": "2004 2405 2C04 2C64"}
         ({"t_to_o": "3648"}, "2801 3200"),  # with a run/idle header
         ({**INPUT_ONLY, "o_to_t": "3648"}, "2701 0200"),
         ({**INPUT_ONLY, "t_to_o": "3348"}, "2801 3200"),
-        # 0x112: a code for each direction (2 too low, 3 too high), then the accepted intervals
+        # 0x112: wrong intervals; the reply has a code for each direction (2 too low, 3 too high),
+        # then the accepted intervals
         ({"o_to_t_rpi": "CF070000"}, "1201 0200 D0070000 10270000"),
         ({"t_to_o_rpi": "CF070000"}, "1201 0002 10270000 D0070000"),
         ({"o_to_t_rpi": "00000000"}, "1201 0200 D0070000 10270000"),
         ({"t_to_o_rpi": "01D43000"}, "1201 0003 10270000 00D43000"),
         ({"o_to_t_rpi": "FFFFFFFF", "t_to_o_rpi": "00000000"}, "1201 0302 00D43000 D0070000"),
-        # 0x11B: production inhibit time above the interval
+        # 0x11B: the production inhibit time is longer than the interval
         ({"path": "430B 2004 2405 2C96 2C64"}, "1B01"),
-        # 0x119: no other connection to listen to
+        # 0x119: there is no other connection to which a listener could listen
         (LISTEN_ONLY, "1901"),
     ],
 )
@@ -92,25 +94,27 @@ def test_a_refused_forward_open_says_why_and_opens_nothing(
 @pytest.mark.parametrize(
     ("path", "remaining"),
     [
-        ("0100 2004 2405 2C96 2C64", "05"),  # A port segment comes first, so all five words remain.
-        ("2004 9104 41424344 2C96", "04"),  # symbol
-        ("2004 2405 2C96 3003", "01"),  # attribute
-        ("2004 2405 2C96 2D00", "01"),  # cut off
-        ("2004 2405 2C96 3404", "01"),  # An electronic key comes after the class.
-        ("3405 0000 0000 0000 0000 2004 2C96 2C64", "08"),  # an electronic key of another format
+        # the first segment is a port segment, so all five words remain
+        ("0100 2004 2405 2C96 2C64", "05"),
+        ("2004 9104 41424344 2C96", "04"),  # a symbol segment
+        ("2004 2405 2C96 3003", "01"),  # an attribute segment
+        ("2004 2405 2C96 2D00", "01"),  # a segment that is cut off
+        ("2004 2405 2C96 3404", "01"),  # an electronic key after the class
+        # an electronic key with an unknown format
+        ("3405 0000 0000 0000 0000 2004 2C96 2C64", "08"),
         ("3404 7C02", "02"),  # an incomplete electronic key
-        ("2405 2004 2C96 2C64", "04"),  # instance before its class
+        ("2405 2004 2C96 2C64", "04"),  # an instance before its class
         ("2004 2405 2C96 2C64 8002 1234", "02"),  # incomplete data
-        ("4100 2004 2405 2C96 2C64", "05"),  # schedule segment
-        ("5001 1027 2004 2405 2C96 2C64", "06"),  # inhibit time of a wrong length
-        ("4305", "00"),  # no class at all
+        ("4100 2004 2405 2C96 2C64", "05"),  # a schedule segment
+        ("5001 1027 2004 2405 2C96 2C64", "06"),  # an inhibit time with a wrong length
+        ("4305", "00"),  # no class segment
         ("", "00"),
     ],
 )
 def test_an_unknown_segment_is_reported_with_the_remaining_words(
     bench: Any, path: str, remaining: str
 ) -> None:
-    """The answer has extended status 0x315."""
+    """An unknown path segment gets extended status 0x315 and the number of remaining words."""
     assert bench.ask(forward_open(path=path, words="00" if not path else "")) == refused(
         "1503", remaining=remaining
     )

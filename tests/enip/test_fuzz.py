@@ -1,4 +1,4 @@
-"""Malformed and hostile input: a seeded part of `make fuzz`, and tests that it can fail."""
+"""Malformed and hostile input does no harm: a part of `make fuzz` with fixed seeds."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from enip_fuzz import Bench, FuzzFailure, bench, fuzz
 
 
 def can_bind(address: str) -> bool:
-    """Return whether this system has the loopback address."""
+    """Return whether this computer can use the loopback address."""
     with socket.socket() as tried:
         try:
             tried.bind((address, 0))
@@ -43,7 +43,7 @@ def target() -> Iterator[Bench]:
 def test_hostile_input_is_answered_or_cut_off_and_disturbs_no_other_peer(
     target: Bench, seed: int
 ) -> None:
-    """During 300 attacks, a reader, new clients and the robot's master continue to work."""
+    """During 300 attacks, a reader, new clients and the robot's master work without disturbance."""
     report = fuzz(target, seed, lambda number: number >= 300)
     assert report.attacks.total() == 300
     assert report.checks == 16
@@ -54,14 +54,14 @@ def test_hostile_input_is_answered_or_cut_off_and_disturbs_no_other_peer(
 
 
 @pytest.mark.exhaustive
-def test_something_written_to_the_model_is_found(target: Bench) -> None:
+def test_a_write_to_the_controller_is_reported(target: Bench) -> None:
     target.check()
     target.scanner.write(bytes(48))
     with pytest.raises(FuzzFailure, match=r"seed 5, attack \d+: something was written"):
         fuzz(target, 5, lambda number: number >= 1000)
 
 
-def test_a_master_that_loses_its_connection_is_found(target: Bench) -> None:
+def test_a_lost_connection_of_the_master_is_reported(target: Bench) -> None:
     def goal(number: int) -> bool:
         if number == 25:
             target.scanner.close_connection()
@@ -72,7 +72,7 @@ def test_a_master_that_loses_its_connection_is_found(target: Bench) -> None:
 
 
 def test_the_frames_it_starts_from_are_right(target: Bench) -> None:
-    """Undamaged requests are refused only for their contents, never for their form."""
+    """The undamaged frames of the fuzzer have the right form. Only their contents are refused."""
     with socket.create_connection(target.adapter.address) as wire:
         wire.sendall(frame(0x65, b"\x01\x00\x00\x00"))
         session = HEADER.unpack(wire.recv(4096)[: HEADER.size])[2]
@@ -86,7 +86,7 @@ def test_the_frames_it_starts_from_are_right(target: Bench) -> None:
 
 
 @pytest.mark.exhaustive
-def test_make_fuzz_prints_its_seed_and_what_came_of_it(repository: Path) -> None:
+def test_make_fuzz_prints_its_seed_and_its_result(repository: Path) -> None:
     command = [sys.executable, str(repository / "tests/support/enip_fuzz.py")]
     done = subprocess.run(
         [*command, "--count", "20", "--seed", "4"],

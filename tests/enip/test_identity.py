@@ -9,7 +9,7 @@ from structured_text.errors import InputError
 
 
 def test_the_device_type_is_the_manuals() -> None:
-    """The device type is 43, generic device.
+    """The device type in the manual is 43, generic device.
 
     Source: manual chapter 5, 4
     """

@@ -1,4 +1,4 @@
-"""Effects on the controller when a connection ends, over real sockets."""
+"""When a connection over real sockets ends, the controller behaves as the manual says."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def master() -> Iterator[LiveMaster]:
 
 
 def fall_silent(master: LiveMaster) -> None:
-    """Stop sending. The connection times out after 128 RPIs, which are 1.28 s."""
+    """Stop the master's packets. The connection times out after 128 RPIs, which are 1.28 s."""
     master.scanner.stop()
 
 
@@ -32,7 +32,7 @@ def close_by_forward_close(master: LiveMaster) -> None:
 
 
 def leds(master: LiveMaster) -> tuple[Led, Led]:
-    """Return Module Status and Network Status."""
+    """Return the states of the LEDs Module Status and Network Status."""
     return master.robot.module_led, master.robot.network_led
 
 
@@ -41,10 +41,12 @@ def leds(master: LiveMaster) -> tuple[Led, Led]:
     ("lose", "state"),
     [(fall_silent, OwnerState.TIMED_OUT), (close_by_forward_close, OwnerState.CLOSED)],
 )
-def test_a_lost_connection_turns_si00_and_si06_off_and_alarm_reset_and_servo_on_bring_it_back(
+def test_after_a_lost_connection_alarm_reset_and_servo_on_are_needed(
     master: LiveMaster, lose: Lose, state: OwnerState
 ) -> None:
-    """Both silence and a Forward Close lead to the system connection error state (1).
+    """After silence or a Forward Close, SI(00) and SI(06) are OFF and the servos turn off.
+
+    Alarm reset and servo ON bring the robot back.
 
     Source: manual chapter 1, 5.2; chapter 1, 3 (LEDs).
     """
@@ -87,10 +89,10 @@ def reset_the_session(client: socket.socket) -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("end", [end_the_session, reset_the_session])
-def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
+def test_the_cyclic_connection_continues_without_the_tcp_session(
     master: LiveMaster, end: Callable[[socket.socket], None]
 ) -> None:
-    """A class 1 connection does not depend on the session that opened it."""
+    """The cyclic connection continues when the TCP session that opened it ends."""
     master.servo_on()
     before = master.adapter.shared.status()
     end(master.scanner.client.socket)
@@ -101,14 +103,14 @@ def test_the_end_of_the_tcp_session_leaves_the_cyclic_connection_alone(
     assert master.on("SO02")
     assert master.alarms == []
 
-    master.scanner.close_connection()  # over a new session
+    master.scanner.close_connection()  # the Forward Close uses a new session
     master.until(lambda: not master.connected)
     assert master.adapter.shared.status().owner is OwnerState.CLOSED
 
 
 @pytest.mark.exhaustive
-def test_a_reader_comes_and_goes_without_the_controller_noticing(master: LiveMaster) -> None:
-    """Only the exclusive owner's connection has an effect."""
+def test_an_input_only_connection_has_no_effect_on_the_controller(master: LiveMaster) -> None:
+    """An input-only connection that opens and closes has no effect on the controller."""
     master.servo_on()
     with master.connect(kind=ConnectionKind.INPUT_ONLY) as reader:
         reader.open()
@@ -122,7 +124,7 @@ def test_a_reader_comes_and_goes_without_the_controller_noticing(master: LiveMas
 
 
 def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -> None:
-    """Without a master, the connection error state (2) after power-on remains.
+    """With an input-only connection alone, the alarm 12.551 of a missing master comes.
 
     Source: manual chapter 1, 5.3
     """
@@ -135,8 +137,8 @@ def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -
 
 
 @pytest.mark.exhaustive
-def test_with_the_power_the_connection_goes_and_a_new_one_can_be_opened(master: LiveMaster) -> None:
-    """After a power cycle the robot waits for its master with the servos off."""
+def test_after_a_power_cycle_a_new_connection_can_be_opened(master: LiveMaster) -> None:
+    """After a power cycle the master can open a new connection, and the servos are off."""
     master.servo_on()
     master.robot.inject("power_cycle")
     master.until(lambda: master.robot.online)

@@ -1,4 +1,4 @@
-"""A run over EtherNet/IP in lock-step has the same images as a run without a network."""
+"""In lock-step, the link over EtherNet/IP gives the same images as the direct link."""
 
 from __future__ import annotations
 
@@ -24,9 +24,9 @@ def lockstep(request: pytest.FixtureRequest) -> Iterator[LockstepLink]:
 
 
 def play(link: Link, calls: list[tuple[str, int]]) -> list[bytes]:
-    """Return every image read.
+    """Make the calls of a link, and return the images that were read.
 
-    The first calls write zeros, later calls write the number of the call.
+    The first two calls write zeros. Later write calls write their number.
     """
     seen = []
     for call, number in [("scanner_write", 0), ("robot_write", 0), *calls]:
@@ -47,7 +47,7 @@ CALLS = st.tuples(
 @pytest.mark.exhaustive
 @settings(max_examples=60, deadline=None, derandomize=True)
 @given(calls=st.lists(CALLS, max_size=40))
-def test_every_call_sees_what_it_would_see_without_a_network(
+def test_every_call_has_the_result_of_the_direct_link(
     lockstep: LockstepLink, calls: list[tuple[str, int]]
 ) -> None:
     assert play(lockstep, calls) == play(DirectLink(lockstep.size), calls)
@@ -71,8 +71,8 @@ def test_a_wrong_size_is_bad_input() -> None:
 
 
 @pytest.mark.parametrize("call", ["scanner_read", "scanner_write"])
-def test_an_adapter_that_has_died_is_named_not_the_address(call: str) -> None:
-    """The exit code is 1, because the user's input is not wrong."""
+def test_a_killed_adapter_process_is_reported(call: str) -> None:
+    """If the adapter's process is killed, the error names it, with exit code 1."""
     link = LockstepLink()
     link.robot_write(bytes(48))
     os.kill(link.adapter.pid, signal.SIGKILL)
@@ -84,7 +84,7 @@ def test_an_adapter_that_has_died_is_named_not_the_address(call: str) -> None:
 
 
 @pytest.mark.exhaustive
-def test_closing_twice_does_no_harm() -> None:
+def test_a_lockstep_link_can_be_closed_twice() -> None:
     link = LockstepLink()
     link.close()
     link.close()

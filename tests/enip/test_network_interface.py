@@ -20,7 +20,7 @@ from rcx_harness.enip.target.network_interface import (
         ("10.1.2.3", "255.255.240.0", ("10.1.15.255", "255.255.255.255")),
     ],
 )
-def test_broadcasts_come_to_the_network_and_off_the_loopback_to_all(
+def test_an_interface_has_its_broadcast_addresses(
     address: str, netmask: str, broadcasts: tuple[str, ...]
 ) -> None:
     assert NetworkInterface(address, netmask).broadcast_addresses() == broadcasts
@@ -38,16 +38,19 @@ def test_an_adapter_on_all_addresses_has_the_address_that_reaches_the_peer() -> 
 
 
 def test_without_a_route_the_address_is_the_loopback() -> None:
-    """Without permission, the system refuses a route to a broadcast address."""
+    """If the system refuses a route, here to a broadcast address, the loopback address is used."""
     assert address_toward(ANY, "255.255.255.255") == "127.0.0.1"
 
 
 def test_an_address_of_no_interface_gets_a_guessed_netmask() -> None:
-    """The address 203.0.113.0/24 is reserved for documentation."""
+    """An address that no interface has gets the netmask 255.255.255.0.
+
+    The addresses 203.0.113.0/24 are reserved for documentation.
+    """
     assert find_interface("203.0.113.77") == NetworkInterface("203.0.113.77", "255.255.255.0")
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="what Linux tells is left out")
-def test_elsewhere_the_netmask_is_a_guess(monkeypatch: pytest.MonkeyPatch) -> None:
+def test_on_other_systems_the_netmask_is_guessed(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(sys, "platform", "other")
     assert find_interface("127.0.0.1").netmask == "255.0.0.0"

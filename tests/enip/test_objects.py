@@ -1,4 +1,4 @@
-"""The objects around the assemblies have the right attributes, some of which can be set."""
+"""The CIP objects of the device have the right attributes, and some attributes can be set."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def test_each_attribute(bench: Any, path: str, value: str) -> None:
 def test_all_attributes_at_once(
     bench: Any, class_id: str, instance: str, values: dict[int, str]
 ) -> None:
-    """Each network interface (each of the two connectors) has its attributes.
+    """Get_Attributes_All returns all attributes of an object, also for both network connectors.
 
     Source: manual chapter 1, 3.1
     """
@@ -83,9 +83,9 @@ def test_all_attributes_at_once(
 def test_class_attributes(
     bench: Any, class_id: str, revision: str, greatest: str, number: str, attributes: str
 ) -> None:
-    """The class has revision (1), greatest instance (2) and number of instances (3).
+    """A class has the attributes revision (1), greatest instance (2) and number of instances (3).
 
-    It also has the greatest attributes (6, 7).
+    Attributes 6 and 7 are the greatest attribute numbers of class and instance.
     """
     values = {"01": revision, "02": greatest, "03": number, "06": "0700", "07": attributes}
     for attribute, value in values.items():
@@ -145,7 +145,7 @@ def test_a_refused_request_changes_nothing(bench: Any, request_: str, status: in
 @pytest.mark.parametrize(
     ("path", "value"),
     [
-        ("20F5 2401 300D", "0100"),  # TCP connections close after a second without messages.
+        ("20F5 2401 300D", "0100"),  # TCP connections are closed after 1 s without messages
         ("20F5 2401 3003", "00000000"),
         ("2048 2401 3005", "00"),  # the code point of cyclic packets
         ("2048 2401 3008", "00"),
@@ -153,9 +153,9 @@ def test_a_refused_request_changes_nothing(bench: Any, request_: str, status: in
     ],
 )
 def test_while_a_master_owns_the_outputs_nothing_is_set(bench: Any, path: str, value: str) -> None:
-    """Any client gets status 0x0C, object state conflict.
+    """While a master owns the outputs, setting an attribute gets status 0x0C for every client.
 
-    Without the master, the attribute can be set.
+    Without a master, the attribute can be set.
     """
     before = bench.ask(f"0E03 {path}")
     bench.ask(forward_open())
@@ -167,7 +167,7 @@ def test_while_a_master_owns_the_outputs_nothing_is_set(bench: Any, path: str, v
     assert bench.ask(f"1003 {path} {value}") == bytes.fromhex("9000 0000")
 
 
-def test_a_code_point_once_set_is_the_one_of_new_connections(bench: Any) -> None:
+def test_new_connections_have_the_code_points_that_were_set(bench: Any) -> None:
     objects = bench.device.objects
     assert [objects.dscp(priority) for priority in range(4)] == [31, 43, 47, 55]
     assert objects.explicit_dscp == 27
@@ -178,6 +178,6 @@ def test_a_code_point_once_set_is_the_one_of_new_connections(bench: Any) -> None
 
 
 def test_a_list_that_does_not_fit_into_a_reply_is_refused(bench: Any) -> None:
-    """The answer is 0x11 for 1000 times the 48 bytes of assembly 100."""
+    """If a reply would be too long (1000 times 48 bytes), the request gets status 0x11."""
     assert bench.ask("0302 2004 2464 E803" + "0300" * 1000) == bytes.fromhex("8300 1100")
     assert len(bench.ask("0302 2004 2464 4B00" + "0300" * 75)) == 4 + 2 + 75 * 52

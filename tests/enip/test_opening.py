@@ -1,4 +1,4 @@
-"""A connection is opened again after every loss, and a refusal is reported with a remedy."""
+"""An Opener opens a connection again after each loss, and reports refusals with a remedy."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ BRIDGE = ("--size", "--rpi")
 
 
 class Bench:
-    """A scanner and its opener, with the number of openings."""
+    """A simulated scanner and its Opener. The bench counts how often a connection is opened."""
 
     def __init__(self, first_s: float | None = None) -> None:
         self.scanner = FakeScanner()
@@ -25,7 +25,7 @@ class Bench:
         self.opener = Opener(self.opened, first_s)
 
     def opened(self) -> FakeScanner:
-        """Count the openings, and return the scanner."""
+        """Count an opening, and return the scanner or fail."""
         self.openings += 1
         if self.refused:
             raise EnipError("nobody there")
@@ -47,7 +47,7 @@ def test_an_unwanted_connection_is_not_opened() -> None:
     assert bench.openings == 0
 
 
-def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
+def test_a_failed_attempt_has_a_reason_until_the_next_success() -> None:
     bench = Bench()
     bench.refused = True
     assert not bench.opener.keep()
@@ -58,12 +58,12 @@ def test_an_attempt_that_fails_says_why_and_the_next_one_forgets_it() -> None:
 
 
 @pytest.mark.parametrize(("first_s", "openings"), [(None, 1), (1e9, 1), (0.0, 3)])
-def test_the_first_packet_is_waited_for_as_long_as_was_asked(
+def test_the_opener_waits_for_the_first_packet_for_the_given_time(
     first_s: float | None, openings: int
 ) -> None:
-    """Without a given time, the scanner waits for the time-out of the connection.
+    """If no packet arrives within the given time, the Opener opens the connection again.
 
-    It reports this time.
+    The default time is the time-out that the scanner reports.
     """
     bench = Bench(first_s)
     for _ in range(3):
@@ -71,7 +71,7 @@ def test_the_first_packet_is_waited_for_as_long_as_was_asked(
     assert bench.openings == openings
 
 
-def test_with_packets_nothing_is_opened_anew_when_the_wait_is_over() -> None:
+def test_a_connection_with_packets_is_not_opened_again() -> None:
     bench = Bench(0.0)
     bench.scanner.connected = True
     for _ in range(3):
@@ -79,8 +79,11 @@ def test_with_packets_nothing_is_opened_anew_when_the_wait_is_over() -> None:
     assert bench.openings == 1
 
 
-def test_a_connection_unwanted_meanwhile_is_opened_anew() -> None:
-    """The adapter was off in the meantime, so the first packet would never come."""
+def test_a_connection_that_was_unwanted_is_opened_again() -> None:
+    """If a connection was unwanted for a while, it is opened again without a wait for packets.
+
+    In the meantime the adapter was off, so the first packet would never arrive.
+    """
     bench = Bench(1e9)
     for wanted in (True, False, True):
         bench.opener.wanted = wanted
@@ -130,7 +133,7 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
         (
             (0x112, 0x0200, 5_000, 0, 20_000, 0),
             BRIDGE,
-            "the shortest that it takes is 20 ms; try --rpi 20ms",
+            "the shortest interval that the device accepts is 20 ms; try --rpi 20ms",
         ),
         ((0x119,), SCAN, "no other connection is open; leave --listen-only out"),
         ((0x12A,), SCAN, "it has a different heartbeat connection point; name it with --heartbeat"),
@@ -139,9 +142,10 @@ def test_a_thread_that_ends_by_itself_is_reported() -> None:
 def test_a_refusal_with_a_remedy_has_the_same_hint_everywhere(
     extended: tuple[int, ...], options: tuple[str, ...], hint: str
 ) -> None:
-    """The codes are from CIP volume 1, chapter 3, 5.6.
+    """For each refusal code with a remedy, the hint names the options of the command.
 
-    The answer with 0x112 contains the accepted interval of each direction.
+    The codes are from CIP volume 1, chapter 3, 5.6. A refusal with 0x112 contains the accepted
+    interval of each direction.
     """
     assert refusal_hint(CipError("x", 1, extended), 48, options) == hint
 
@@ -151,7 +155,7 @@ def test_no_hint_names_an_option_that_the_command_does_not_have(extended: tuple[
     assert refusal_hint(CipError("x", 1, extended), 48, BRIDGE) == ""
 
 
-def test_another_size_than_the_controllers_is_in_the_devices_own_sheet() -> None:
+def test_for_other_devices_the_hint_names_the_eds_file() -> None:
     hint = "its EDS file has the sizes; give them with --input-size and --output-size"
     assert refusal_hint(CipError("x", 1, (0x128,)), 64, SCAN) == hint
 
@@ -160,7 +164,7 @@ def test_another_size_than_the_controllers_is_in_the_devices_own_sheet() -> None
     ("timeout_us", "coded"), [(1, 0), (40_000, 0), (40_001, 1), (320_000, 3), (5_120_000, 7)]
 )
 def test_the_multiplier_gives_at_least_the_time_out(timeout_us: int, coded: int) -> None:
-    """The multiplier gives 4, 8, ... 512 intervals of 10 ms."""
+    """The chosen multiplier is the smallest of 4, 8, ... 512 that gives at least the time-out."""
     assert multiplier_of(timeout_us, 10_000) == coded
 
 

@@ -22,8 +22,8 @@ REQUEST = OpenRequest(
     consuming=150,
     producing=100,
 )
-# Service; path of two words to the Connection Manager; priority and ticks; connection ids; triad;
-# multiplier.
+# The beginning of a Forward Open: service; path of two words to the Connection Manager; priority
+# and ticks; connection ids; triad; multiplier.
 START = "54 02 2006 2401 0A0E 00000000 44332211 3412 7856 F0DEBC9A 02000000"
 RPI = "10270000"
 CLASS_1_CYCLIC = "01"
@@ -34,7 +34,7 @@ hexa = bytes.fromhex
 
 
 def test_configuration_data_follow_the_connection_points_in_a_data_segment() -> None:
-    """The segment has 0x80, the number of words, and the data.
+    """Configuration data are sent in a segment with 0x80, the number of words, and the data.
 
     Source: CIP volume 1, appendix C, simple data segment
     """
@@ -72,7 +72,7 @@ LONG = {"o_to_t_length": 262, "t_to_o_length": 258}
         ),
     ],
 )
-def test_a_forward_open_has_parameters_and_path_of_what_is_asked_for(
+def test_a_forward_open_has_the_requested_parameters_and_path(
     changes: dict[str, Any], start: str, o_to_t: str, t_to_o: str, path: str
 ) -> None:
     asked = replace(REQUEST, **changes).forward_open()
@@ -121,10 +121,10 @@ def test_an_implausible_reply_is_explained(
     assert REQUEST.problem(agreed) == problem
 
 
-def test_an_interval_near_the_one_that_was_asked_for_is_the_devices_choice() -> None:
-    """The device may choose up to twice the requested interval, and down to 0.5 ms.
+def test_an_interval_near_the_requested_one_is_accepted() -> None:
+    """The device may choose an interval from 0.5 ms to twice the requested interval.
 
-    It may also choose the requested interval itself, however long it is.
+    It may always choose the requested interval, even if this is very long.
     """
     for api_us in (500, 20_000, 10_000_000):
         assert REQUEST.problem(OpenReply(1, 2, api_us, api_us, REQUEST.triad)) == ""

@@ -1,4 +1,4 @@
-"""The message for a refused Forward Open has the refusal, its code, the cause and the remedy."""
+"""The message for a refused Forward Open has the request, the code, the cause and the remedy."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ ASSEMBLIES = (
 
 
 def sized(to_robot: int, from_robot: int, every: str = "10 ms", what: str = OWNER) -> str:
-    """Return the beginning of the message for these sizes."""
+    """Return the beginning of the message for a request with these sizes and this interval."""
     sizes = f"{to_robot} bytes to the controller, {from_robot} from it"
     return f"{what}({sizes}, every {every}): refused with "
 
@@ -31,7 +31,7 @@ OTHER = "0200 4D00 EFBEADDE"
 
 
 def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
-    """Return the messages for these requests, in order."""
+    """Send requests to a new device, and return the messages about its refusals."""
     texts: list[str] = []
     bench = make_bench(on_refused=texts.append, **settings)
     for request in requests:
@@ -42,8 +42,8 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
 @pytest.mark.parametrize(
     ("fields", "text"),
     [
-        # With header and count, 256 bytes are 262 (0x106); with only the count, they are 258
-        # (0x102).
+        # An area of 256 bytes has 262 bytes (0x106) with header and count, and 258 bytes (0x102)
+        # with the count only.
         (
             {"o_to_t": "0649", "t_to_o": "0249"},
             f"{sized(262, 258)}{SIZE_TO}this controller has 48 bytes, 54 with the 32-bit run/idle "
@@ -118,20 +118,23 @@ def said(make_bench: Any, *requests: str, **settings: Any) -> list[str]:
         ),
     ],
 )
-def test_a_refusal_says_who_asked_for_what_why_it_was_refused_and_what_to_set(
+def test_a_refusal_has_request_reason_and_remedy(
     make_bench: Any, fields: dict[str, str], text: str
 ) -> None:
-    """Source: CIP volume 1, chapter 3, 5.6 (codes); manual chapter 1, 4.2 (sizes)."""
+    """The message says who requested what, why it was refused, and what to set.
+
+    Source: CIP volume 1, chapter 3, 5.6 (codes); manual chapter 1, 4.2 (sizes).
+    """
     assert said(make_bench, forward_open(**fields)) == [text]
 
 
-def test_a_controller_of_256_bytes_says_so(make_bench: Any) -> None:
+def test_a_refusal_names_the_size_of_a_controller_with_256_bytes(make_bench: Any) -> None:
     (text,) = said(make_bench, forward_open(), size=256)
     assert "this controller has 256 bytes, 262 with" in text
     assert text.endswith("or start the controller with --size 48")
 
 
-def test_the_second_master_learns_who_the_first_is(make_bench: Any) -> None:
+def test_a_refusal_of_a_second_master_names_the_first_master(make_bench: Any) -> None:
     texts = said(make_bench, forward_open(), forward_open(triad=OTHER))
     assert texts == [
         f"{USUAL}0x0106, another master owns the outputs; 192.168.0.10 is its master: disconnect "
@@ -139,7 +142,7 @@ def test_the_second_master_learns_who_the_first_is(make_bench: Any) -> None:
     ]
 
 
-def test_a_refused_multicast_request_is_told_the_interval(make_bench: Any) -> None:
+def test_a_refusal_of_a_multicast_request_has_the_right_interval(make_bench: Any) -> None:
     slow = {**INPUT_ONLY, "t_to_o": "3228", "t_to_o_rpi": "204E0000", "triad": OTHER}
     (text,) = said(make_bench, forward_open(t_to_o="3228"), forward_open(**slow))
     assert text.endswith("its multicast input is sent every 10 ms: set that, or point to point")
@@ -151,5 +154,5 @@ def test_an_incomplete_forward_open_is_reported_too(make_bench: Any) -> None:
     ]
 
 
-def test_nothing_is_said_of_what_is_opened_and_closed(make_bench: Any) -> None:
+def test_accepted_requests_give_no_message(make_bench: Any) -> None:
     assert said(make_bench, forward_open(), forward_close(), forward_close()) == []

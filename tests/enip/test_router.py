@@ -1,4 +1,4 @@
-"""CIP requests to the device's objects, and their replies, as bytes.
+"""CIP requests to the device's objects get the specified replies, byte by byte.
 
 Request: service, path size in words, path, data. Reply: service + 0x80, 0, status, 0, data.
 """
@@ -16,9 +16,10 @@ ATTRIBUTES_1_TO_7 = f"7C02 2B00 0500 0101 3000 01000000 17{NAME}"
 
 
 def test_identity_gives_all_its_attributes(bench: Any) -> None:
-    """The reply has vendor 636, device type 43, product code 5 and revision 1.1.
+    """Get_Attributes_All of the Identity object returns all seven attributes.
 
-    Status, serial number and name follow.
+    They are vendor 636, device type 43, product code 5, revision 1.1, status, serial number and
+    name.
 
     Source: manual chapter 5, 4 (device type)
     """
@@ -37,9 +38,9 @@ def test_identity_gives_each_attribute(bench: Any, attribute: str, value: str) -
 
 
 def test_a_list_of_attributes_is_answered_with_a_status_for_each(bench: Any) -> None:
-    """The reply has the number of attributes, then the number, status and value of each.
+    """The reply to a list has the number, status and value of each attribute.
 
-    One attribute of the list fails.
+    One attribute of the list does not exist, so its status is not 0.
     """
     assert bench.ask("0302 2001 2401 0300 0100 6300 0800") == bytes.fromhex(
         "8300 0A00 0300 0100 0000 7C02 6300 1400 0800 0000 03"
@@ -50,34 +51,37 @@ def test_a_list_of_attributes_is_answered_with_a_status_for_each(bench: Any) -> 
 @pytest.mark.parametrize(
     "request_", ["0302 2001 2401", "0302 2001 2401 01", "0302 2001 2401 0200 0100"]
 )
-def test_a_list_that_is_shorter_than_it_says_is_refused(bench: Any, request_: str) -> None:
-    """The answer has status 0x13, not enough data."""
+def test_a_list_that_is_shorter_than_its_count_is_refused(bench: Any, request_: str) -> None:
+    """A list with fewer attributes than its count gets status 0x13, not enough data."""
     assert bench.ask(request_) == bytes.fromhex("8300 1300")
 
 
-@pytest.mark.parametrize("behind", ["00", "0000", "0100 0100", "FF" * 20])
+@pytest.mark.parametrize("extra", ["00", "0000", "0100 0100", "FF" * 20])
 @pytest.mark.parametrize(
     "request_", ["0E03 2004 2464 3004", "0102 2001 2401", "0302 2001 2401 0100 0100"]
 )
-def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, behind: str) -> None:
-    """Some clients append their route to the request: an empty route (00 00) or that of a slot.
+def test_bytes_behind_a_read_request_are_ignored(bench: Any, request_: str, extra: str) -> None:
+    """Bytes after a read request are ignored, because some clients append their route there.
 
     Source: OpENer (the open reference adapter), GetAttributeSingle and its siblings
     """
-    assert bench.ask(request_ + behind) == bench.ask(request_)
-    assert bench.ask(request_ + behind)[2] == 0
+    assert bench.ask(request_ + extra) == bench.ask(request_)
+    assert bench.ask(request_ + extra)[2] == 0
 
 
 @pytest.mark.parametrize("route", ["0000", "0100 0100"])
-def test_a_write_with_something_behind_its_data_is_refused(bench: Any, route: str) -> None:
-    """The answer has status 0x15, as in OpENer, because the end of the data is unclear."""
+def test_a_write_with_bytes_after_its_data_is_refused(bench: Any, route: str) -> None:
+    """A write request with bytes after its data gets status 0x15, as in OpENer.
+
+    The device cannot know where the data end.
+    """
     asked = "1003 2004 2496 3003" + "11" * 48 + route
     assert bench.ask(asked) == bytes.fromhex("9000 1500")
     assert bench.to_robot == bytes(48)
 
 
 def test_the_master_reads_what_the_robot_has_written(bench: Any) -> None:
-    """Assembly 100 carries 48 bytes from the robot to the master.
+    """The master reads the robot's 48 bytes from assembly 100.
 
     Source: manual chapter 1, 4.1
     """
@@ -86,7 +90,7 @@ def test_the_master_reads_what_the_robot_has_written(bench: Any) -> None:
 
 
 def test_the_robot_finds_what_the_master_has_written(bench: Any) -> None:
-    """Assembly 150 carries 48 bytes from the master to the robot.
+    """The robot receives the 48 bytes that the master writes to assembly 150.
 
     Source: manual chapter 1, 4.1
     """
@@ -100,10 +104,10 @@ def test_the_robot_finds_what_the_master_has_written(bench: Any) -> None:
 @pytest.mark.parametrize(
     "path",
     [
-        "04 2100 0400 2464 3004",  # class, 16 bit
-        "04 2004 2500 6400 3004",  # instance, 16 bit
-        "04 2004 2464 3100 0400",  # attribute, 16 bit
-        "03 2004 2C64 3004",  # A connection point counts as an instance.
+        "04 2100 0400 2464 3004",  # a class with 16 bits
+        "04 2004 2500 6400 3004",  # an instance with 16 bits
+        "04 2004 2464 3100 0400",  # an attribute with 16 bits
+        "03 2004 2C64 3004",  # a connection point in place of an instance
         "08 3404 0000 0000 0000 0000 2004 2464 3004",  # an electronic key that fits any device
     ],
 )
@@ -116,13 +120,13 @@ def test_a_path_may_be_written_in_other_ways(bench: Any, path: str) -> None:
     [
         ("7C02 2B00 0500 01 01", 0x00),
         ("7C02 0000 0000 01 00", 0x00),
-        ("7C02 2B00 0500 81 00", 0x00),  # compatible with revision 1, any minor
+        ("7C02 2B00 0500 81 00", 0x00),  # compatible with revision 1 and any minor revision
         ("7D02 2B00 0500 01 01", 0x25),
         ("7C02 2C00 0500 01 01", 0x25),
         ("7C02 2B00 0600 01 01", 0x25),
         ("7C02 2B00 0500 02 01", 0x25),
         ("7C02 2B00 0500 01 02", 0x25),
-        ("7C02 2B00 0500 81 02", 0x25),  # compatible, but a newer minor revision is requested
+        ("7C02 2B00 0500 81 02", 0x25),  # compatible, but the key demands a newer minor revision
     ],
 )
 def test_an_electronic_key_must_fit_the_identity(bench: Any, key: str, status: int) -> None:
@@ -131,7 +135,7 @@ def test_an_electronic_key_must_fit_the_identity(bench: Any, key: str, status: i
 
 
 @pytest.mark.parametrize(("major", "status"), [("81", 0x00), ("01", 0x25)])
-def test_a_newer_device_fits_a_key_that_asks_for_a_compatible_one(
+def test_a_newer_device_matches_a_key_for_compatible_devices(
     make_bench: Any, major: str, status: int
 ) -> None:
     identity = Identity(minor_revision=3)
@@ -181,5 +185,5 @@ def test_a_refused_request_gets_its_status_and_changes_nothing(
 
 
 def test_a_path_without_an_instance_is_the_class(bench: Any) -> None:
-    """The reply contains the revision of the Assembly class."""
+    """A path with a class only is a path to the class object, here to its revision."""
     assert bench.ask("0E02 2004 3001") == bytes.fromhex("8E00 0000 0200")

@@ -1,8 +1,8 @@
-"""A scanner and an adapter on the loopback interface: class 1 connections from end to end.
+"""A scanner and an adapter on the loopback interface exchange data over class 1 connections.
 
-No test measures time. To wait for an effect, a test sends explicit requests to the adapter, up to a
-number that even a slow machine does not need. If a test must not have a time-out, the time-out is
-512 intervals long.
+No test measures time. To wait for an effect, a test sends explicit requests to the adapter. The
+limit is so high that even a slow computer does not reach it. If a time-out would disturb a test,
+the time-out is 512 intervals.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ def shared_adapter() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(shared_adapter: Adapter) -> Adapter:
-    """Return the shared adapter, after the connections of the previous test are closed."""
+    """Wait until the connections of the previous test are closed, and return the shared adapter."""
     eventually(shared_adapter, lambda: shared_adapter.shared.status().connections == 0)
     shared_adapter.write_to_master(TO_MASTER)
     return shared_adapter
@@ -69,13 +69,13 @@ def scan(
 
 
 def eventually(adapter: Adapter, condition: Callable[[], bool]) -> None:
-    """Send requests to the adapter until a condition holds."""
+    """Send requests to the adapter until the condition is true."""
     with Client(*adapter.address, timeout_s=60.0) as client:
         for _ in range(100_000):
             if condition():
                 return
             client.get_attribute(1, 1, 1)
-    raise AssertionError("not within 100,000 requests")
+    raise AssertionError("the condition did not become true within 100,000 requests")
 
 
 def test_both_areas_are_exchanged(adapter: Adapter) -> None:
@@ -88,10 +88,10 @@ def test_both_areas_are_exchanged(adapter: Adapter) -> None:
         assert adapter.shared.owner is OwnerState.RUN
 
 
-def test_the_scanner_has_a_serial_number_of_its_own_and_each_opening_another_one(
+def test_each_scanner_and_each_opening_has_a_new_serial_number(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The triad identifies a connection worldwide.
+    """Each scanner and each opening has a new serial number, because the triad must be unique.
 
     Source: CIP volume 1, chapter 3, 5.5.1.5 to 5.5.1.7
     """
@@ -141,7 +141,7 @@ def test_data_is_written_before_the_run_flag_and_read_after_the_state(
         assert received.age_us is not None
 
 
-def test_before_the_first_packet_there_is_nothing(adapter: Adapter) -> None:
+def test_before_the_first_packet_the_image_is_zero(adapter: Adapter) -> None:
     with scan(adapter) as scanner:
         received = scanner.read()
         assert (received.image, received.age_us, received.connected) == (bytes(48), None, False)
@@ -160,7 +160,7 @@ def test_the_age_is_that_of_the_last_packet(adapter: Adapter) -> None:
         assert 0 <= first <= 60_000_000
 
 
-def test_the_adapter_sees_that_the_program_stands_still(adapter: Adapter) -> None:
+def test_the_adapter_detects_an_idle_program(adapter: Adapter) -> None:
     with scan(adapter) as scanner:
         scanner.write(TO_ROBOT, run=False)
         scanner.open()
@@ -211,7 +211,7 @@ def test_input_only_receives_and_sends_nothing(adapter: Adapter) -> None:
     assert adapter.shared.to_robot.version == before
 
 
-def test_a_listener_hears_what_the_owner_hears_and_ends_with_it(adapter: Adapter) -> None:
+def test_a_listener_receives_the_owners_data_and_ends_with_the_owner(adapter: Adapter) -> None:
     with scan(adapter) as owner:
         owner.open()
         listener = scan(adapter, kind=ConnectionKind.LISTEN_ONLY, address=SECOND)
@@ -247,10 +247,10 @@ def test_areas_of_another_size_are_refused(adapter: Adapter) -> None:
         assert not scanner.read().connected
 
 
-def test_the_end_of_the_session_leaves_the_connection_alone_and_forward_close_ends_it(
+def test_the_connection_ends_with_forward_close_not_with_the_session(
     adapter: Adapter,
 ) -> None:
-    """Forward Close uses a new session. Closing the scanner twice is allowed."""
+    """The connection stays open when its session ends; Forward Close ends it over a new session."""
     with scan(adapter) as scanner:
         scanner.open()
         eventually(adapter, lambda: scanner.read().connected)
@@ -266,7 +266,7 @@ def test_the_end_of_the_session_leaves_the_connection_alone_and_forward_close_en
     scanner.close()
 
 
-def test_silence_times_out_at_both_ends_and_open_brings_it_back(adapter: Adapter) -> None:
+def test_after_a_time_out_at_both_ends_open_connects_again(adapter: Adapter) -> None:
     with scan(adapter, rpi_us=1_000, multiplier=5) as scanner:
         scanner.open()
         eventually(adapter, lambda: scanner.statistics().received > 0)
@@ -280,7 +280,7 @@ def test_silence_times_out_at_both_ends_and_open_brings_it_back(adapter: Adapter
         eventually(adapter, lambda: scanner.statistics().received > received)
 
 
-def test_the_connection_is_lost_when_the_adapter_goes(adapter: Adapter) -> None:
+def test_the_connection_is_lost_when_the_adapter_ends(adapter: Adapter) -> None:
     with Adapter(host=SECOND, cyclic=0, options=OPTIONS) as other:
         scanner = scan(other, rpi_us=1_000, multiplier=5)
         scanner.open()
@@ -312,9 +312,9 @@ def test_a_scanner_whose_process_has_died_is_not_connected(adapter: Adapter) -> 
 def test_an_implausible_reply_opens_nothing_and_is_explained(
     adapter: Adapter, monkeypatch: pytest.MonkeyPatch, length: int, text: str
 ) -> None:
-    """The replies have an interval of 0 us, or are incomplete.
+    """If the reply to a Forward Open is incomplete or has an interval of 0 us, opening fails.
 
-    The opened connection is closed again.
+    The scanner closes the connection that the adapter has opened.
     """
     rest = bytes(8 if length == 16 else 0)
     monkeypatch.setattr(
@@ -344,12 +344,12 @@ def test_an_implausible_reply_opens_nothing_and_is_explained(
         ),
     ],
 )
-def test_packets_that_cannot_be_used_are_not_called_silence(drops: str, message: str) -> None:
+def test_unusable_packets_are_reported_instead_of_silence(drops: str, message: str) -> None:
     assert str(no_packet(drops, 10.0)) == message
 
 
-def test_a_scanner_knows_why_it_drops_packets(adapter: Adapter) -> None:
-    """A packet of 22 bytes arrives at the scanner's port from the adapter's address."""
+def test_a_scanner_reports_why_it_drops_packets(adapter: Adapter) -> None:
+    """The scanner reports that it has dropped a packet of 22 bytes instead of 50."""
     with scan(adapter) as scanner, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
         scanner.open()
         assert scanner.connection is not None

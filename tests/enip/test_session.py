@@ -15,8 +15,9 @@ from rcx_harness.enip.target.device import Session
 CONTEXT = "A1A2A3A4A5A6A7A8"
 REGISTER = bytes.fromhex(f"6500 0400 00000000 00000000 {CONTEXT} 00000000 0100 0000")
 REGISTERED = bytes.fromhex(f"6500 0400 01000000 00000000 {CONTEXT} 00000000 0100 0000")
-# Interface 0, time-out 0, two items: null address; unconnected data with service 0x0E and a path of
-# three words to class 4, instance 100, attribute 4.
+# A request for the size of assembly 100: interface 0, time-out 0, a null address item, and
+# unconnected data with service 0x0E and a path of three words to class 4, instance 100, attribute
+# 4.
 GET_SIZE_DATA = "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004"
 GET_SIZE = bytes.fromhex(f"6F00 1800 01000000 00000000 {CONTEXT} 00000000 {GET_SIZE_DATA}")
 SIZE_IS_48 = bytes.fromhex(
@@ -28,7 +29,7 @@ SIZE_IS_48 = bytes.fromhex(
 def frame(
     command: str, data: str = "", session: int = 1, status: int = 0, options: int = 0
 ) -> bytes:
-    """Return a request with CONTEXT as sender context."""
+    """Return a frame with these data and with CONTEXT as sender context."""
     content = bytes.fromhex(data)
     numbers = session.to_bytes(4, "little") + status.to_bytes(4, "little")
     header = bytes.fromhex(command) + len(content).to_bytes(2, "little") + numbers
@@ -36,7 +37,7 @@ def frame(
 
 
 def refused(command: str, status: int, session: int = 1) -> bytes:
-    """Return an answer that contains only an encapsulation status."""
+    """Return the expected answer of a refused request: a header with an encapsulation status."""
     return frame(command, session=session, status=status)
 
 
@@ -95,20 +96,23 @@ def test_an_unknown_command_is_answered_and_the_session_goes_on(
 @pytest.mark.parametrize(
     "data",
     [
-        "",  # nothing
+        "",  # no data at all
         "00000000 0000",  # no items
         "00000000 0000 0000",  # no item
         "00000000 0000 0100 0000 0000",  # no data item
-        "01000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",  # not the CIP interface
-        "00000000 0000 0200 0000 0000 B200 0900 0E03 2004 2464 3004",  # item longer than the frame
+        # interface 1 instead of 0 (CIP)
+        "01000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004",
+        # an item that is longer than the frame
+        "00000000 0000 0200 0000 0000 B200 0900 0E03 2004 2464 3004",
         "00000000 0000 0200 0000 0000 B200 0800 0E03 2004 2464 3004 00",  # a byte too many
         "00000000 0000 0300 0000 0000 B200 0800 0E03 2004 2464 3004",  # a missing item
-        "00000000 0000 0200 A100 0400 01000000 B100 0800 0E03 2004 2464 3004",  # connected
+        # a connected message
+        "00000000 0000 0200 A100 0400 01000000 B100 0800 0E03 2004 2464 3004",
         "00000000 0000 0200 0000 0200 0000 B200 0800 0E03 2004 2464 3004",  # null address with data
         "00000000 0000 0200 0000 0000 B200 0100 0E",  # an incomplete CIP request
     ],
 )
-def test_data_that_is_no_unconnected_message_is_refused(registered: Session, data: str) -> None:
+def test_data_without_an_unconnected_message_are_refused(registered: Session, data: str) -> None:
     assert registered.receive(frame("6F00", data)) == refused("6F00", 0x03)
     assert registered.receive(GET_SIZE) == SIZE_IS_48
 
@@ -156,9 +160,10 @@ def test_unregistering_another_session_is_refused(registered: Session) -> None:
 
 
 def test_list_identity_needs_no_session(session: Session) -> None:
-    """The item has type 0x0C, length 57, version, socket address and attributes 1 to 8.
+    """The answer has one item: type 0x0C, length 57, version, socket address, attributes 1 to 8.
 
-    These are vendor 636 (0x027C), device type 43 (0x2B), product code 5, revision 1.1, status
+    The attributes are vendor 636 (0x027C), device type 43 (0x2B), product code 5, revision 1.1,
+    status
     0x0030, serial number 1, a name of 23 letters, and state 3.
 
     Source: manual chapter 5, 4 (device type)
@@ -195,7 +200,7 @@ def test_a_list_command_has_no_data(session: Session, command: str) -> None:
 def test_an_oversized_frame_is_refused_by_its_header_and_ends_the_connection(
     registered: Session, command: str
 ) -> None:
-    """The frame has 4161 bytes (0x1041). The answer comes before they have arrived."""
+    """A frame of more than 4160 bytes is refused as soon as its header has arrived."""
     header = bytes.fromhex(f"{command} 4110 01000000 00000000 {CONTEXT} 00000000")
     assert registered.receive(GET_SIZE + header + b"\x00") == SIZE_IS_48 + refused(command, 0x65)
     assert registered.ended
@@ -203,19 +208,19 @@ def test_an_oversized_frame_is_refused_by_its_header_and_ends_the_connection(
 
 
 def test_the_longest_frame_is_taken(registered: Session) -> None:
-    """The longest frame has 4160 bytes (0x1040)."""
+    """A frame with 4160 bytes (0x1040) of data is accepted."""
     header = bytes.fromhex(f"0000 4010 01000000 00000000 {CONTEXT} 00000000")
     assert registered.receive(header + bytes(4160) + GET_SIZE) == SIZE_IS_48
 
 
-@pytest.mark.parametrize(("said", "answer"), [(GET_SIZE, SIZE_IS_48), (frame("0000"), b"")])
+@pytest.mark.parametrize(("sent", "answer"), [(GET_SIZE, SIZE_IS_48), (frame("0000"), b"")])
 def test_a_connection_is_overdue_after_120_seconds_without_a_frame(
-    bench: Any, registered: Session, said: bytes, answer: bytes
+    bench: Any, registered: Session, sent: bytes, answer: bytes
 ) -> None:
-    """A NOP counts as a frame, although it is not answered."""
+    """A TCP connection is overdue 120 s after its last frame; a NOP counts as a frame as well."""
     bench.now += 119.9
     assert not registered.is_overdue()
-    assert registered.receive(said) == answer
+    assert registered.receive(sent) == answer
     bench.now += 119.9
     assert not registered.is_overdue()
     bench.now += 0.1
@@ -225,7 +230,7 @@ def test_a_connection_is_overdue_after_120_seconds_without_a_frame(
 def test_the_inactivity_is_attribute_13_of_the_tcp_ip_interface(
     bench: Any, registered: Session
 ) -> None:
-    """0x000A is 10 s, and 0 means no limit."""
+    """Attribute 13 sets the time without frames: 0x000A is 10 s, and 0 means no limit."""
     bench.ask("1003 20F5 2401 300D 0A00")
     bench.now += 10
     assert registered.is_overdue()
@@ -244,7 +249,7 @@ def test_a_frame_that_trickles_in_is_overdue_after_ten_seconds(
     assert registered.is_overdue()
 
 
-def test_ten_seconds_are_for_each_frame(bench: Any, registered: Session) -> None:
+def test_the_limit_of_ten_seconds_applies_to_each_frame(bench: Any, registered: Session) -> None:
     for _ in range(5):
         assert registered.receive(GET_SIZE[:30]) == b""
         bench.now += 9
@@ -255,7 +260,7 @@ def test_ten_seconds_are_for_each_frame(bench: Any, registered: Session) -> None
 
 
 def test_the_65th_session_is_refused_until_another_ends(bench: Any) -> None:
-    """The answer has encapsulation status 0x02, insufficient memory."""
+    """The 65th session gets encapsulation status 0x02, insufficient memory."""
     sessions = [bench.connect() for _ in range(65)]
     answers = [session.receive(REGISTER) for session in sessions]
     assert {answer[8:12] for answer in answers[:64]} == {bytes(4)}
@@ -265,11 +270,11 @@ def test_the_65th_session_is_refused_until_another_ends(bench: Any) -> None:
     assert sessions[64].receive(REGISTER)[8:12] == bytes(4)
 
 
-def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: Session) -> None:
-    """The answer ends with a socket address item (0x8000).
+def test_the_reply_to_a_forward_open_has_the_socket_address(registered: Session) -> None:
+    """The answer to a Forward Open ends with the socket address of the cyclic I/O (item 0x8000).
 
-    The item has AF_INET, port 2222 and the device's address. The adapter accepts the T->O item of
-    the request (port 0x1234).
+    The item has AF_INET, port 2222 and the device's address. The request has a T->O item with port
+    0x1234, which is accepted.
     """
     message = forward_open()
     length = len(bytes.fromhex(message))
@@ -284,7 +289,7 @@ def test_a_forward_open_brings_the_socket_address_of_the_cyclic_io(registered: S
     )
 
 
-def test_a_refused_forward_open_brings_no_socket_address(registered: Session) -> None:
+def test_the_reply_to_a_refused_forward_open_has_no_socket_address(registered: Session) -> None:
     message = forward_open(multiplier="08")
     data = f"00000000 0000 0200 0000 0000 B200 {len(bytes.fromhex(message)):02X}00 {message}"
     assert registered.receive(frame("6F00", data)) == frame(

@@ -1,4 +1,4 @@
-"""Every reader of shared assemblies gets whole images at any time."""
+"""A reader of a shared assembly never gets a partly written image."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ def test_images_are_read_completely_by_a_process_that_attaches_by_name(
 
 
 def test_memory_that_was_not_created_is_not_found() -> None:
-    """On Windows, a wrong name gives new memory with zeros, which is not accepted either."""
+    """Memory with a wrong name is not found.
+
+    On Windows, a wrong name gives new memory with zeros, which is rejected as well.
+    """
     with pytest.raises(FileNotFoundError):
         SharedImages.attach("/dev/shm/rcx-of-nobody")
     nobodys = SharedMemory(size=4096)
@@ -62,7 +65,7 @@ def test_the_version_counts_the_writes(images: SharedImages) -> None:
     assert images.to_robot.version == 0
 
 
-def test_an_image_of_another_size_is_not_taken(images: SharedImages) -> None:
+def test_an_image_of_another_size_is_refused(images: SharedImages) -> None:
     images.to_master.write(bytes([1] * 48))
     for wrong in (bytes(47), bytes(49)):
         with pytest.raises(ValueError, match="different structures"):
@@ -71,7 +74,7 @@ def test_an_image_of_another_size_is_not_taken(images: SharedImages) -> None:
 
 
 def watched(memory: memoryview, parts: Mapping[int, object]) -> Any:
-    """Return memory in which the parts at some offsets are replaced."""
+    """Return an object that behaves as `memory`, but has replaced parts at some offsets."""
 
     class Watched:
         def __getitem__(self, part: slice) -> object:
@@ -80,8 +83,11 @@ def watched(memory: memoryview, parts: Mapping[int, object]) -> Any:
     return Watched()
 
 
-def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
-    """An image becomes valid only when its number is written, at the end."""
+def test_if_a_writer_dies_readers_get_the_previous_image() -> None:
+    """If the writer dies while it writes an image, readers get the previous image.
+
+    An image is valid only after its version is written, which is the last step.
+    """
     memory = memoryview(bytearray(SharedImage.needs(4)))
     image = SharedImage(memory, 4)
     image.write(b"whol")
@@ -90,8 +96,8 @@ def test_a_writer_that_dies_within_an_image_leaves_the_one_before() -> None:
     assert image.read() == b"whol"
 
 
-def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
-    """While an image is read, seven others are written.
+def test_a_reader_reads_again_if_its_image_may_be_overwritten() -> None:
+    """If seven newer images are written during a read, the reader reads again.
 
     The eighth write would use the slot that is being read.
     """
@@ -107,14 +113,14 @@ def test_a_reader_takes_a_newer_image_when_its_own_may_be_overwritten() -> None:
                 writer.write(f"{number:04}".encode())
             return b"torn"
 
-    # The first eight bytes are a word, followed by slots of eight bytes. Version 1 is in the second
+    # The memory has a word of eight bytes, then slots of eight bytes. Version 1 is in the second
     # slot.
     reader = SharedImage(watched(memory, {8 + 8: OvertakenSlot()}), 4)
     assert reader.read() == b"0008"
 
 
-def test_no_reader_ever_sees_a_torn_image() -> None:
-    """Another process writes without pause, and all bytes of each image are equal."""
+def test_no_reader_gets_a_partly_written_image() -> None:
+    """While another process writes images of equal bytes, each read image has equal bytes."""
     writer = textwrap.dedent(
         """
         import sys
@@ -163,7 +169,7 @@ def test_the_status_names_the_owner_and_counts_its_changes(images: SharedImages)
 
 
 class Recorder:
-    """A replacement for memory that records each write, and the result of `look` at that time."""
+    """A replacement for memory. It records each write and the result of `look` at this time."""
 
     def __init__(self, look: Callable[[], int] = lambda: 0) -> None:
         self.written: list[object] = []
@@ -171,19 +177,19 @@ class Recorder:
         self._look = look
 
     def cast(self, kind: str) -> Recorder:
-        """Return the recorder itself."""
+        """Return the recorder itself, as if the memory were cast."""
         return self
 
     def __getitem__(self, at: object) -> int:
-        return 48  # the size of an image, which the code reads
+        return 48  # the code reads the size of an image from here
 
     def __setitem__(self, at: object, value: object) -> None:
         self.written.append(at)
         self.seen.append(self._look())
 
 
-def test_an_image_is_published_after_it_is_whole() -> None:
-    """While an image is being written, a reader gets the previous image."""
+def test_the_version_changes_after_the_image_is_complete() -> None:
+    """The version changes only after the whole image is written."""
     memory = memoryview(bytearray(SharedImage.needs(4)))
     SharedImage(memory, 4).write(b"one.")
     slots = [Recorder(lambda: image.version) for _ in range(8)]
@@ -193,7 +199,7 @@ def test_an_image_is_published_after_it_is_whole() -> None:
     assert image.version == 2
 
 
-def test_a_state_is_published_after_all_that_belongs_to_it() -> None:
+def test_the_owner_state_is_written_after_its_parameters() -> None:
     words = Recorder()
     whole = watched(memoryview(bytearray(100_000)), {0: words})
     images = SharedImages(SimpleNamespace(name="", buf=whole))  # type: ignore[arg-type]
@@ -246,14 +252,14 @@ def test_one_process_cuts_the_link_and_the_other_sees_it(
         assert theirs.link is state
 
 
-def test_closing_twice_does_no_harm() -> None:
+def test_shared_images_can_be_closed_twice() -> None:
     images = SharedImages.create(48)
     images.unlink()
     images.close()
     images.close()
 
 
-def test_a_journal_is_written_by_the_one_and_read_once_by_the_other(images: SharedImages) -> None:
+def test_a_journal_entry_is_read_once_by_the_other_process(images: SharedImages) -> None:
     with SharedImages.attach(images.name) as theirs:
         for number in range(3):
             theirs.events.write({"number": number})
@@ -265,10 +271,13 @@ def test_a_journal_is_written_by_the_one_and_read_once_by_the_other(images: Shar
         assert images.refusals.read() == ([{"text": "no"}], 0)
 
 
-def test_a_reader_of_a_journal_that_is_too_slow_learns_how_much_it_has_missed(
+def test_a_slow_reader_of_a_journal_gets_the_number_of_lost_entries(
     images: SharedImages,
 ) -> None:
-    """Of 128 entries, 127 are valid, because the writer may be writing the next one."""
+    """A slow reader gets the newest 127 entries and the number of lost entries.
+
+    Of 128 entries, 127 are valid, because the writer may be writing the next one.
+    """
     for number in range(1000):
         images.events.write({"number": number})
     records, lost = images.events.read()

@@ -1,4 +1,4 @@
-"""The TCP port limits connections and slow clients, and other clients are still served.
+"""The TCP server limits connections and slow clients, so that other clients are served.
 
 The tests use real sockets.
 """
@@ -26,7 +26,7 @@ Streams = tuple[asyncio.StreamReader, asyncio.StreamWriter]
 
 
 def serve(bench: Any, talk: Callable[[TcpServer, int], Awaitable[None]]) -> None:
-    """Run `talk` with a server of the bench's device on a port of 127.0.0.1."""
+    """Start a TCP server for the bench's device on 127.0.0.1, and run `talk` with it."""
 
     async def main() -> None:
         tcp = TcpServer(bench.device)
@@ -45,18 +45,18 @@ def serve(bench: Any, talk: Callable[[TcpServer, int], Awaitable[None]]) -> None
 
 
 async def say(streams: Streams, data: bytes, answer: int) -> bytes:
-    """Send data, and read this number of bytes."""
+    """Send data, and return the next `answer` bytes."""
     streams[1].write(data)
     return await streams[0].readexactly(answer)
 
 
 async def connect(port: int, host: str = "127.0.0.1") -> Streams:
-    """Open a connection from an address."""
+    """Open a TCP connection to the server from the address `host`."""
     return await asyncio.open_connection("127.0.0.1", port, local_addr=(host, 0))
 
 
 async def register(streams: Streams) -> int:
-    """Return the handle of a new session."""
+    """Register a session, and return its handle."""
     answer = await say(streams, REGISTER, 28)
     assert answer[8:12] == bytes(4)
     return int.from_bytes(answer[4:8], "little")
@@ -68,16 +68,16 @@ async def read_size(streams: Streams, session: int) -> None:
 
 
 async def has_ended(streams: Streams) -> bool:
-    """Wait for the end of the connection, by close or reset."""
+    """Wait until the server has closed or reset the connection."""
     with suppress(ConnectionError):
         await streams[0].read()
     return True
 
 
 def test_one_machine_cannot_take_all_connections(bench: Any) -> None:
-    """A peer may have 32 connections.
+    """One machine may have 32 connections; further ones are closed at once.
 
-    A further connection is closed at once, until one of the 32 has ended.
+    When one of the 32 has ended, a new one is accepted.
     """
 
     async def talk(tcp: TcpServer, port: int) -> None:
@@ -97,10 +97,7 @@ def test_one_machine_cannot_take_all_connections(bench: Any) -> None:
 
 
 def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> None:
-    """The last 8 of 64 connections are for addresses without a connection.
-
-    Each of these gets a connection and a session.
-    """
+    """The last 8 of 64 connections are reserved for machines that have no connection."""
 
     async def talk(tcp: TcpServer, port: int) -> None:
         taken = []
@@ -116,11 +113,11 @@ def test_two_machines_cannot_take_all_connections_from_a_third(bench: Any) -> No
     serve(bench, talk)
 
 
-def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench: Any) -> None:
-    """A new connection replaces the oldest idle one, but never an owner's session.
+def test_idle_connections_of_many_machines_do_not_block_a_new_master(bench: Any) -> None:
+    """A 65th connection replaces the oldest idle one, but never the owner's.
 
-    The maximum is 64 connections: the owner's, 40 without a session, and 23 with a session but no
-    request. No time passes.
+    The 64 connections are the owner's, 40 without a session, and 23 with a session but no request.
+    No time passes.
     """
 
     async def talk(tcp: TcpServer, port: int) -> None:
@@ -153,7 +150,7 @@ def test_eighty_idle_connections_of_eighty_machines_keep_no_new_master_out(bench
 
 
 @pytest.mark.parametrize(("silent_s", "gets_in"), [(9.9, False), (10.0, True)])
-def test_a_session_that_works_gives_way_only_after_ten_seconds_of_silence(
+def test_a_used_session_is_replaced_only_after_ten_seconds_of_silence(
     bench: Any, silent_s: float, gets_in: bool
 ) -> None:
     async def talk(tcp: TcpServer, port: int) -> None:
@@ -172,7 +169,7 @@ def test_a_session_that_works_gives_way_only_after_ten_seconds_of_silence(
     serve(bench, talk)
 
 
-def test_the_overdue_are_closed_and_the_others_stay(bench: Any) -> None:
+def test_only_overdue_connections_are_closed(bench: Any) -> None:
     async def talk(tcp: TcpServer, port: int) -> None:
         silent, slow, busy = [await connect(port) for _ in range(3)]
         for streams in (silent, slow, busy):
@@ -203,10 +200,10 @@ def test_an_oversized_frame_closes_its_connection_only(bench: Any) -> None:
     serve(bench, talk)
 
 
-def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
-    """A write to assembly 150 with 3,000 bytes has too many bytes, so its status is 0x15.
+def test_a_long_frame_gets_one_answer(bench: Any) -> None:
+    """A write request with 3,000 bytes gets one answer, status 0x15 (too much data).
 
-    The next request is answered.
+    The next request is answered as well.
 
     Source: CIP volume 1, appendix B, general status codes.
     """
@@ -225,10 +222,7 @@ def test_a_frame_longer_than_one_turn_is_answered_as_one(bench: Any) -> None:
 def test_endless_requests_of_one_peer_do_not_block_the_others(
     bench: Any, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """2,000 requests arrive at once.
-
-    The answer to another client does not wait for all of them.
-    """
+    """If one client sends 2,000 requests at once, other clients are answered in between."""
     listing = bench.device.listing
     answer, asked = listing.answer, []
 
@@ -252,10 +246,10 @@ def test_endless_requests_of_one_peer_do_not_block_the_others(
     serve(bench, talk)
 
 
-def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
-    """The number of bytes that wait for a peer is limited.
+def test_requests_of_a_client_that_reads_no_answers_are_not_read(bench: Any) -> None:
+    """If a client does not read its answers, the server stops reading its requests.
 
-    Beyond the limit its requests are not read, so they stay on its own machine.
+    So the server's memory for waiting answers is limited.
     """
 
     async def talk(tcp: TcpServer, port: int) -> None:
@@ -289,8 +283,8 @@ def test_a_peer_that_takes_no_answers_is_not_read(bench: Any) -> None:
 
 
 @pytest.mark.parametrize(("code_point", "tos"), [(27, 108), (5, 20)])
-def test_explicit_messages_bear_their_code_point(bench: Any, code_point: int, tos: int) -> None:
-    """Attribute 8 of the QoS object applies to connections that are opened afterwards."""
+def test_explicit_messages_have_their_code_point(bench: Any, code_point: int, tos: int) -> None:
+    """New TCP connections have the code point of attribute 8 of the QoS object."""
     bench.ask(f"1003 2048 2401 3008 {code_point:02X}")
 
     async def talk(tcp: TcpServer, port: int) -> None:

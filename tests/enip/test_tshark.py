@@ -1,7 +1,7 @@
-"""Wireshark's dissector, an independent program, reads the packets on the wire.
+"""Wireshark's dissector, an independent program, finds no mistake in the captured packets.
 
-The tests are skipped if tshark is missing or may not capture on the loopback interface (Debian:
-`apt install tshark`, and root or the group wireshark).
+The tests are skipped if tshark is missing or may not capture on the loopback interface. On Debian,
+`apt install tshark`, and run as root or in the group wireshark.
 """
 
 from __future__ import annotations
@@ -31,14 +31,14 @@ from rcx_harness.look.judge.judge import JudgeOptions, judge
 TSHARK = shutil.which("tshark")
 PORT, IO_PORT = 44818, 2222
 PATIENCE_S = 30.0
-ERROR = 0x00800000  # The severity of an expert info.
+ERROR = 0x00800000  # the number of severity "error" in tshark
 LIST_IDENTITY = struct.pack("<HHII8sI", 0x63, 0, 0, 0, b"probe\0\0\0", 0)
 
 pytestmark = pytest.mark.skipif(TSHARK is None, reason="tshark is not installed")
 
 
 class Frame(NamedTuple):
-    """The fields of a frame as tshark prints them; empty if the frame does not have them."""
+    """The fields of a frame, as tshark prints them. A missing field is an empty text."""
 
     source: str
     destination: str
@@ -58,7 +58,7 @@ FIELDS = (
 
 
 class Capture:
-    """tshark on the loopback interface, for one adapter's address."""
+    """A capture by tshark on the loopback interface, for the address of one adapter."""
 
     def __init__(self, host: str, file: Path) -> None:
         assert TSHARK is not None
@@ -74,10 +74,7 @@ class Capture:
         self.wait_for_probe()
 
     def wait_for_probe(self) -> None:
-        """Send a datagram, and wait until it is captured.
-
-        All earlier packets have then been captured as well.
-        """
+        """Send a datagram, and wait until tshark has captured it and all earlier packets."""
         with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
             probe.bind((self._host, 0))
             port = str(probe.getsockname()[1])
@@ -90,15 +87,15 @@ class Capture:
                     assert self._process.stderr is not None
                     reason = self._process.stderr.read().strip().splitlines()
                     pytest.skip(f"tshark cannot capture: {' '.join(reason[-2:])}")
-        pytest.fail("tshark does not see the probe")
+        pytest.fail("tshark has not captured the probe datagram")
 
     def stop(self) -> None:
-        """End the capture, so that its file is complete."""
+        """Stop tshark, and wait until the file is complete."""
         self._process.send_signal(signal.SIGINT)
         self._process.wait(PATIENCE_S)
 
     def frames(self) -> list[Frame]:
-        """Return all captured frames as tshark dissects them."""
+        """Return the fields of all captured frames."""
         assert TSHARK is not None
         command = [TSHARK, "-n", "-2", "-r", str(self.file), "-T", "fields"]
         for name in FIELDS:
@@ -115,7 +112,7 @@ class Capture:
 
 @pytest.fixture
 def host() -> str:
-    """Return a loopback address of this test process; the protocol fixes the ports."""
+    """Return a loopback address that only this test process uses, because the ports are fixed."""
     return f"127.44.{os.getpid() >> 8 & 0xFF}.{os.getpid() & 0xFF or 1}"
 
 
@@ -127,7 +124,7 @@ def adapter(host: str) -> Iterator[Adapter]:
 
 
 def until_received(scanner: Scanner, packets: int) -> None:
-    """Wait for packets, with a limit that only a failure reaches."""
+    """Wait until the scanner has received `packets` packets, or fail after a long time."""
     waiting = threading.Event()
     for _ in range(int(PATIENCE_S / 0.01)):
         if scanner.statistics().received >= packets:
@@ -139,10 +136,10 @@ def until_received(scanner: Scanner, packets: int) -> None:
 def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
     adapter: Adapter, host: str, tmp_path: Path
 ) -> None:
-    """The session has explicit messages, Forward Open and Close, and packets in both directions.
+    """No frame of a session is marked as malformed by tshark.
 
-    The connections are owner and Input Only. `rcx judge` counts the same number of packets for each
-    connection and direction.
+    The session has explicit messages, Forward Open and Close, and packets of an owner and an Input
+    Only connection. `rcx judge` counts the same number of packets per connection and direction.
     """
     capture = Capture(host, tmp_path / "session.pcapng")
     with (
@@ -184,7 +181,7 @@ def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
     replies = Counter((int(one.service, 16), int(one.status, 16)) for one in managed if one.status)
     assert replies == {(0xD4, 0x00): 1, (0xDB, 0x00): 1, (0xCE, 0x00): 2}
 
-    # The dissector knows a connection from its Forward Open, so that must come before its packets.
+    # A Forward Open must be captured before its packets, or tshark does not know the connection.
     sent = [one.data for one in cyclic if one.source == "127.0.0.2"]
     assert len(sent) >= 20
     assert set(sent) == {bytes(range(100, 148)).hex()}
@@ -197,14 +194,12 @@ def test_a_cyclic_session_is_dissected_without_a_malformed_mark(
 
 
 def split(field: str) -> list[str]:
-    """Return the values of a field that can occur several times in a frame."""
+    """Return the values of a field that can occur several times in one frame."""
     return field.split(",") if field else []
 
 
-def test_the_witness_would_mark_a_malformed_frame(
-    adapter: Adapter, host: str, tmp_path: Path
-) -> None:
-    """A ListIdentity answer cut in two is marked, so a capture without marks is a real result."""
+def test_tshark_marks_a_malformed_frame(adapter: Adapter, host: str, tmp_path: Path) -> None:
+    """A ListIdentity answer that is cut off is marked by tshark, so the other test could fail."""
     capture = Capture(host, tmp_path / "cut.pcapng")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as broken:
         broken.bind((host, 0))

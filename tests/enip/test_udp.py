@@ -1,4 +1,4 @@
-"""The encapsulation over UDP has three commands, by unicast or broadcast."""
+"""Over UDP, the device answers three encapsulation commands, by unicast or broadcast."""
 
 from __future__ import annotations
 
@@ -50,17 +50,20 @@ def test_a_direct_question_for_the_identity_is_answered_at_once(datagrams: Datag
 @pytest.mark.parametrize(
     ("longest", "delay_s"),
     [
-        ("0000", 1.0),  # 2 s if no delay is given
-        ("0100", 0.25),  # at least 500 ms
+        ("0000", 1.0),  # half of 2 s, the default
+        ("0100", 0.25),  # half of 500 ms, the minimum
         ("F401", 0.25),
-        ("E803", 0.5),  # 1000 ms
+        ("E803", 0.5),  # half of 1000 ms
         ("FFFF", 32.7675),
     ],
 )
-def test_the_answer_to_everybody_comes_after_a_random_delay(
+def test_the_answer_to_a_broadcast_has_a_random_delay(
     datagrams: Datagrams, longest: str, delay_s: float
 ) -> None:
-    """The longest delay is in the sender context, in ms. The random number is one half here."""
+    """An answer to a broadcast is delayed at random, up to the time [ms] in the sender context.
+
+    Here the random number is one half.
+    """
     context = f"{longest} A3A4A5A6A7A8"
     answer = datagrams.answer(frame("6300", context=context), LOCAL, True)
     assert answer == Delayed(frame("6300", IDENTITY, context=context), delay_s)
@@ -70,7 +73,7 @@ def test_the_answer_to_everybody_comes_after_a_random_delay(
 def test_commands_that_need_a_session_are_refused_over_udp(
     datagrams: Datagrams, command: str
 ) -> None:
-    """The answer has encapsulation status 0x01. A broadcast is not answered."""
+    """Other commands get encapsulation status 0x01 over UDP. A broadcast gets no answer."""
     request = frame(command, "0100 0000" if command == "6500" else "")
     answer = frame(command, status="01000000")
     assert datagrams.answer(request, LOCAL, False) == Delayed(answer, 0.0)
@@ -78,7 +81,7 @@ def test_commands_that_need_a_session_are_refused_over_udp(
 
 
 def test_a_list_command_with_data_has_a_wrong_length(datagrams: Datagrams) -> None:
-    """The answer has encapsulation status 0x65. A broadcast is not answered."""
+    """A list command with data gets encapsulation status 0x65. A broadcast gets no answer."""
     answer = frame("6300", status="65000000")
     assert datagrams.answer(frame("6300", "00"), LOCAL, False) == Delayed(answer, 0.0)
     assert datagrams.answer(frame("6300", "00"), LOCAL, True) is None
@@ -106,7 +109,10 @@ def test_anything_else_is_discarded(
 
 @pytest.mark.skipif(sys.platform != "linux", reason="broadcasts on the loopback are Linux's")
 def test_after_eighty_broadcasts_of_one_machine_all_are_answered(bench: Any) -> None:
-    """Context FFFF allows a delay of 65.5 s. Eight answers wait; the others are sent at once."""
+    """One machine's broadcasts have at most eight delayed answers; others are sent at once.
+
+    The sender context FFFF allows a delay of 65.5 s.
+    """
     draws = iter([1.0] * 80)
     datagrams = Datagrams(bench.device.listing, lambda: next(draws, 0.0001))
     patient, hasty = (

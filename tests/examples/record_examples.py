@@ -12,7 +12,7 @@ from structured_text.errors import InputError
 
 
 def main() -> int:
-    """Write tests/data/traces/examples, and return 2 if matiec is missing."""
+    """Run each example on matiec, and write its trace. Return 2 if matiec is missing."""
     for example in EXAMPLES:
         try:
             with example.build("matiec") as cell:

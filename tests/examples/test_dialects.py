@@ -19,7 +19,7 @@ def _records(example: Example, dialect: str) -> list[str]:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
 def test_an_example_gives_the_same_trace_in_each_dialect(example: Example) -> None:
-    """Source: docs/reference/language.md, dialects."""
+    """The trace of an example is the same in each dialect. Source: docs/reference/language.md."""
     usual = _records(example, "iec")
     for dialect in dialects():
         if dialect not in ("iec", "openplc"):

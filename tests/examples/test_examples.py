@@ -14,13 +14,13 @@ from rcx_tools.docs.examples import ChartSpec, Example, Recorder, chart_specs, e
 from structured_text.errors import InputError
 
 _each = pytest.mark.parametrize("example", EXAMPLES, ids=lambda example: example.name)
-#: Examples with an area at the beginning, with an area of 256 bytes, with areas in words at
-#: offsets, and with two robots.
+#: The examples that run over EtherNet/IP as well: 48 bytes at offset 0, 256 bytes, words at
+#: offsets, and two robots.
 _NETWORKED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "12")]
 
 
 def _first(cell: Cell, byte: int, bit: int, on: bool = True) -> int:
-    """Return when the PLC first wrote this value to a bit of byte 32 or 33 [us]."""
+    """Return the first time at which a bit of byte 32 or 33 of the PLC was `on` [us]."""
     return next(one.t_us for one in cell.trace.scans() if bool(one.si[byte] >> bit & 1) is on)
 
 
@@ -50,9 +50,9 @@ def test_an_example_runs_without_a_violation(example: Example) -> None:
     ]
 )
 @_each
-def test_the_chart_is_that_of_the_run(example: Example) -> None:
+def test_the_chart_shows_the_run(example: Example) -> None:
     drawn = (example.folder / "chart.svg").read_text(encoding="utf-8")
-    assert finished(example.name).chart == drawn, "run `make docs`"
+    assert finished(example.name).chart == drawn, "the chart is out of date: run `make docs`"
 
 
 def test_a_run_that_breaks_a_rule_gives_no_chart() -> None:
@@ -64,7 +64,7 @@ def test_a_run_that_breaks_a_rule_gives_no_chart() -> None:
 
 
 @pytest.mark.parametrize("lane", ["SI99 = nothing", "DO(98) = nothing", "curve = nothing"])
-def test_a_lane_of_no_signal_is_refused(lane: str) -> None:
+def test_a_lane_for_an_unknown_signal_is_refused(lane: str) -> None:
     with pytest.raises(InputError):
         Recorder(ChartSpec("a chart", 0, 1, (lane,)))
 
@@ -90,24 +90,25 @@ def test_over_ethernet_ip_the_trace_is_the_same(example: Example) -> None:
 
 
 def test_the_power_up_goes_through_its_stages_and_reads_servo_and_position_back() -> None:
-    """Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example."""
+    """The example completes all stages, and reads the servo status and the position.
+
+    Source: manual chapter 5, 3.1 and 3.2; guide chapter 2, example.
+    """
     cell = finished("01_power_up").cell
     assert cell["Main.Stage"] == "STAGE_COMPLETE"
     assert cell["Main.Fault"] == 0
     assert cell["Main.Robot.SO.SO02_ServoOn"] is True
-    assert cell["Main.Axis1"] == 120_000, "point 19 of robot.toml"
+    assert cell["Main.Axis1"] == 120_000, "the robot must be at point 19 of robot.toml"
     order = [_first(cell, 32, 0), _first(cell, 32, 6), _first(cell, 32, 1)]
     order += [_first(cell, 33, 5), _first(cell, 33, 2)]
     assert order == sorted(order), "SI00, SI06, SI01, SI15, SI12"
     sent = [one.si[:10] for one in cell.trace.scans() if one.si[0] == 1]
-    telegram = "0100 0400 0000 3200 1300"  # n: 0x0001, n+2: 0x0004, n+6: 0x0032, n+8: 0x0013
+    telegram = "0100 0400 0000 3200 1300"  # words n to n+8, low byte first: 1, 4, 0, 50, 19
     assert {bytes(words).hex() for words in sent} == {telegram.replace(" ", "")}
 
 
-def test_the_power_up_keeps_its_fault_until_reset_and_start_are_pressed_one_after_the_other() -> (
-    None
-):
-    """Source: design of the examples: a fault is kept, nothing restarts by itself."""
+def test_the_power_up_keeps_its_fault_until_reset_and_then_start() -> None:
+    """If Reset and Start are pressed together, the fault stays. Source: design of the examples."""
     with examples()["01_power_up"].build("builtin") as cell:
         cell.run("600ms")
         cell.robot.inject("emergency_stop")
@@ -129,7 +130,7 @@ def test_the_power_up_keeps_its_fault_until_reset_and_start_are_pressed_one_afte
 
 
 def test_the_extended_area_is_written_and_read_at_its_offsets() -> None:
-    """Source: manual chapter 1, 4.2; guide 4.3.1."""
+    """The PLC uses the area of 256 bytes at m and n. Source: manual chapter 1, 4.2; guide 4.3.1."""
     cell = finished("02_extended_area").cell
     assert cell["Main.Complete"] is True
     assert cell["Main.Axis2"] == -20_000
@@ -139,7 +140,7 @@ def test_the_extended_area_is_written_and_read_at_its_offsets() -> None:
 
 
 def test_a_part_goes_to_the_robot_program_and_back() -> None:
-    """Source: manual chapter 5, 2, general-purpose words."""
+    """The robot program returns the values of the PLC. Source: manual chapter 5, 2, SIW and SOW."""
     cell = finished("03_general_io").cell
     assert cell["Main.Fault"] == 0
     assert cell["Main.Complete"] is True

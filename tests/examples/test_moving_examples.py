@@ -1,4 +1,4 @@
-"""Examples 04 to 07: the robot's positions, its stored data, and the state after a fault."""
+"""Examples 04 to 07 move the robot to the right positions, also after a fault."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ def _hand(cell: Cell) -> bool:
 
 
 def _at_rest(cell: Cell, duration: str, look: Callable[[], Any] = lambda: None) -> list[Any]:
-    """Return where the robot stood still for at least two scans: axes 1 to 3, and `look()`."""
+    """Run the cell, and list each stop of two scans or more: axes 1 to 3 and `look()`."""
     seen = []
     for _ in range(int(duration.removesuffix("s")) * 100):
         cell.scan()
@@ -34,7 +34,7 @@ def _at_rest(cell: Cell, duration: str, look: Callable[[], Any] = lambda: None) 
 
 
 def test_parts_are_picked_at_point_10_and_placed_at_point_20() -> None:
-    """The hand closes and opens only while the robot stands at the respective point.
+    """The hand closes only at point 10 and opens only at point 20, while the robot does not move.
 
     Source: guide 4.2.1 and 4.5.1; robot.toml of the example.
     """
@@ -48,7 +48,10 @@ def test_parts_are_picked_at_point_10_and_placed_at_point_20() -> None:
 
 
 def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by_itself() -> None:
-    """Source: guide 1.2 (12.600); chapter 5, 3.1."""
+    """After an emergency stop the hand is still closed, and nothing moves before Reset and Start.
+
+    Source: guide 1.2 (12.600); chapter 5, 3.1.
+    """
     with _build("04_pick_and_place") as cell:
         cell.run_until(lambda: cell["Main.Carry.Stage"] == "PICK_TO_TARGET", within="3s")
         cell.run("100ms")
@@ -57,10 +60,12 @@ def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by
         where = list(cell.robot.positions)
         cell["Main.Reset"] = True
         cell.run("200ms")
-        assert cell["Main.Cycle.State"] == "WORK_FAULT", "CellSafe is FALSE"
+        assert cell["Main.Cycle.State"] == "WORK_FAULT", (
+            "Reset must have no effect while CellSafe is FALSE"
+        )
         shown = [cell[f"Main.Cycle.{pin}"] for pin in ("ErrorID", "AlarmGroup", "AlarmCategory")]
         assert shown[:2] == [0x8020, 12]
-        assert shown[2] in (400, 600), "SI(00) and SI(06) go OFF together"
+        assert shown[2] in (400, 600), "the alarm is 12.400 or 12.600"
         cell["Main.CellSafe"] = True
         cell.run("200ms")
         held = "a button that was held before acknowledges nothing"
@@ -84,8 +89,11 @@ def test_the_hand_keeps_its_part_through_an_emergency_stop_and_nothing_starts_by
         assert not cell.violations
 
 
-def test_a_part_that_was_taken_out_of_the_hand_is_not_carried_on() -> None:
-    """Source: head of FB_PickPlace: HandEmpty with Execute begins with a new part."""
+def test_if_the_part_was_removed_from_the_hand_a_new_part_is_fetched() -> None:
+    """If the part was removed from the hand, the cycle fetches a new part.
+
+    Source: head of FB_PickPlace.
+    """
     with _build("04_pick_and_place") as cell:
         cell.run_until(lambda: cell["Main.Carry.Stage"] == "PICK_TO_TARGET", within="3s")
         cell.robot.inject("alarm")
@@ -98,7 +106,10 @@ def test_a_part_that_was_taken_out_of_the_hand_is_not_carried_on() -> None:
 
 
 def test_a_held_start_button_does_not_start_after_a_fault() -> None:
-    """Source: design of the examples: nothing restarts by itself."""
+    """A Start button that is held from before a fault has no effect after Reset.
+
+    Source: design of the examples: nothing restarts by itself.
+    """
     with _build("04_pick_and_place") as cell:
         cell.run("900ms")
         cell["Main.Start"] = True
@@ -111,7 +122,7 @@ def test_a_held_start_button_does_not_start_after_a_fault() -> None:
 
 
 def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
-    """Axis 1 moves for 0.5 s at 10 %. Axis 2 makes one step down, then moves to its soft limit.
+    """A jog lasts 0.5 s at 10 %, a step is 500 pulses, and the soft limit ends a jog with a fault.
 
     Source: guide 4.2.6, 4.2.7, 4.2.8; 2.334 at the soft limit: guide 1.1.
     """
@@ -135,8 +146,13 @@ def test_a_jog_lasts_as_long_as_its_button_and_a_step_is_500_pulses() -> None:
         assert not cell.violations
 
 
-def test_both_jog_buttons_at_once_are_neither_and_one_waits_for_the_other() -> None:
-    """Source: guide 4.2.6: SI(06) ends a jog. Only then the next jog may begin."""
+def test_while_both_jog_buttons_are_pressed_nothing_moves() -> None:
+    """While both jog buttons are pressed, nothing moves.
+
+    The second jog waits for the end of the first.
+
+    Source: guide 4.2.6: SI(06) ends a jog.
+    """
     with _build("05_jog_panel") as cell:
         cell.run("1400ms")
         cell["Main.Minus"] = True
@@ -153,7 +169,10 @@ def test_both_jog_buttons_at_once_are_neither_and_one_waits_for_the_other() -> N
 
 
 def test_points_are_stored_in_the_controller_with_their_names_and_copied_to_the_plc() -> None:
-    """Source: guide 4.2.9, 4.3.1, 4.3.2; robot.toml of the example."""
+    """Taught points are in the controller with names, and are copied to the PLC.
+
+    Source: guide 4.2.9, 4.3.1, 4.3.2; robot.toml of the example.
+    """
     cell = finished("06_teach_points").cell
     points, memory = cell.robot.points, cell.robot.machine.memory
     there = cell.robot.positions[0]
@@ -168,7 +187,7 @@ def test_points_are_stored_in_the_controller_with_their_names_and_copied_to_the_
 
 
 def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> None:
-    """The test also checks that a point that was never taught is not written.
+    """A point that the controller has lost is written back; a point that was never taught is not.
 
     Source: guide 4.3.1.
     """
@@ -189,7 +208,7 @@ def test_a_copy_is_written_back_to_a_controller_that_has_lost_the_point() -> Non
 
 @pytest.mark.exhaustive
 def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
-    """X counts first, then Y. Axis 3 rises to 0 between part and place.
+    """The six places are filled in the order X, then Y. Axis 3 rises to 0 on the way.
 
     Source: guide 4.2.5 and 4.3.3; points 101 to 105 of robot.toml.
     """
@@ -210,8 +229,11 @@ def test_the_pallet_is_filled_position_by_position_in_arches() -> None:
         assert not cell.violations
 
 
-def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
-    """Source: design of the examples: nothing restarts by itself, not even with a stuck button."""
+def test_a_start_button_held_at_the_start_of_the_plc_starts_nothing() -> None:
+    """A Start button that is stuck at the PLC's start starts nothing.
+
+    Source: design of the examples.
+    """
     with _build("13_pallet_by_table") as cell:
         cell["Main.Start"] = True
         seen = []
@@ -221,8 +243,8 @@ def test_a_start_button_held_at_the_plc_s_start_goes_on_with_no_table() -> None:
         assert set(seen) == {("FILL_IDLE", 0)}
 
 
-def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs() -> None:
-    """If the button is stuck, at the PLC's start or later, the count of places stays.
+def test_only_a_press_of_the_new_pallet_button_clears_the_count() -> None:
+    """Only a press of NewPallet clears the count of places. A stuck button does not.
 
     Source: design of the examples: a stuck button is not a press.
     """
@@ -245,9 +267,9 @@ def test_a_new_pallet_counts_when_its_button_is_pressed_and_not_while_it_hangs()
 
 
 def test_the_pallet_cycle_shows_the_alarm_of_its_interrupted_movement() -> None:
-    """Source: guide 1.2 (12.600)."""
+    """After an interrupted movement, the outputs show its alarm. Source: guide 1.2 (12.600)."""
     with _build("07_pallet") as cell:
         cell.run_until(lambda: cell["Main.Cycle.State"] == "WORK_FAULT", within="9s")
         shown = [cell[f"Main.Cycle.{pin}"] for pin in ("ErrorID", "AlarmGroup", "AlarmCategory")]
         assert shown[:2] == [0x8020, 12]
-        assert shown[2] in (400, 600), "SI(00) and SI(06) go OFF together"
+        assert shown[2] in (400, 600), "the alarm is 12.400 or 12.600"

@@ -1,7 +1,6 @@
-"""A user's cell with two robots, unchanged or with one of five faults, passes checks and good run.
+"""A normal run does not reveal any of five faults that were put into a user's cell.
 
-test_planted_found.py shows that a campaign finds the faults. These tests show that a good run does
-not find them.
+The cell has two robots. A campaign finds the faults: see test_planted_found.py.
 """
 
 from __future__ import annotations
@@ -33,7 +32,7 @@ def _cell(project: Path) -> Cell:
 
 
 def _broken(cell: Cell) -> list[str]:
-    """Return the violated rules of the table "What always holds" in the cell's README."""
+    """Return the names of the properties in the cell's README that are violated now."""
     a, b = cell["Main.A.Holds"], cell["Main.B.Holds"]
     safe = cell["Main.CellSafe"]
     linked = cell["Main.Connected"] and cell["Main.Connected2"]
@@ -53,7 +52,9 @@ def _broken(cell: Cell) -> list[str]:
 
 @pytest.mark.exhaustive(but=["race", "time limit"])
 @_six
-def test_it_compiles_and_is_portable(fault: Fault | None, tmp_path: Path, capsys: Captured) -> None:
+def test_the_cell_compiles_and_is_portable(
+    fault: Fault | None, tmp_path: Path, capsys: Captured
+) -> None:
     plc = str(planted(tmp_path, fault) / "plc")
     assert main(["check", plc]) == 0
     assert "no errors, no broken rules, no warnings" in capsys.readouterr().out
@@ -62,12 +63,15 @@ def test_it_compiles_and_is_portable(fault: Fault | None, tmp_path: Path, capsys
 
 @pytest.mark.exhaustive(but=["latch"])
 @_six
-def test_the_good_run_is_good(fault: Fault | None, tmp_path: Path) -> None:
-    """Source: tests/data/planted/cell/README.md: 11 parts, one change of the pallet, then Stop."""
+def test_the_normal_run_breaks_no_property(fault: Fault | None, tmp_path: Path) -> None:
+    """With and without a fault, the normal run breaks no property: 11 parts, a new pallet, Stop.
+
+    Source: tests/data/planted/cell/README.md.
+    """
     with _cell(planted(tmp_path, fault)) as cell:
         while cell.now_us < _RUN_US:
             cell.scan()
-            assert not _broken(cell), f"at {cell.now_us} us"
+            assert not _broken(cell), f"properties are violated at {cell.now_us} us"
             assert cell["Main.Fault"] == 0
         assert not cell.violations
         assert cell["Main.State"] == "CELL_READY"
@@ -75,8 +79,8 @@ def test_the_good_run_is_good(fault: Fault | None, tmp_path: Path) -> None:
         assert [cell[f"Main.{name}.Lost"] for name in "AB"] == [0, 0]
 
 
-def test_never_are_both_robots_between_home_and_pallet(tmp_path: Path) -> None:
-    """The test uses the real positions of the robots. The pallet is at positive pulses of axis 1.
+def test_at_most_one_robot_is_at_the_pallet(tmp_path: Path) -> None:
+    """At most one robot is at positive pulses of axis 1, where the pallet is.
 
     Source: points 1, 10 and 21 to 26 of robot_a.toml and robot_b.toml.
     """
@@ -85,12 +89,12 @@ def test_never_are_both_robots_between_home_and_pallet(tmp_path: Path) -> None:
         while cell.now_us < _RUN_US:
             cell.scan()
             there = {k for k, one in enumerate(cell.robots) if one.positions[0] > 0}
-            assert len(there) < 2, f"both at {cell.now_us} us"
+            assert len(there) < 2, f"both robots are at the pallet at {cell.now_us} us"
             over |= there
         assert over == {0, 1}
 
 
-def test_the_command_of_its_readme_runs_it(capsys: Captured) -> None:
+def test_the_command_in_the_readme_runs_the_cell(capsys: Captured) -> None:
     project = PLANTED / "cell"
     text = (project / "README.md").read_text(encoding="utf-8")
     line = re.search(r"^rcx (run .*)$", text, re.MULTILINE)
@@ -101,7 +105,7 @@ def test_the_command_of_its_readme_runs_it(capsys: Captured) -> None:
     assert "no violations" in capsys.readouterr().out
 
 
-def test_five_faults_each_with_a_line_in_the_readme_and_a_property_of_the_cell() -> None:
+def test_each_of_five_faults_has_a_row_in_the_readme_and_a_property() -> None:
     text = (PLANTED / "README.md").read_text(encoding="utf-8")
     table = re.findall(r"^\| ([a-z ]+) \|.*\| ([^|]+) \|$", text, re.MULTILINE)
     rows = dict(table)
@@ -113,7 +117,7 @@ def test_five_faults_each_with_a_line_in_the_readme_and_a_property_of_the_cell()
         assert f"| {fault.breaks} |" in cell
 
 
-def test_a_fault_that_does_not_fit_is_told(tmp_path: Path) -> None:
+def test_a_fault_whose_text_is_missing_is_reported(tmp_path: Path) -> None:
     twice = Fault("twice", "cell/plc/FB_Station.st", "", "", "Holds := FALSE", "Holds := TRUE")
     with pytest.raises(ValueError, match=r"twice: .* does not stand once in cell/plc/FB_Station"):
         planted(tmp_path, twice)

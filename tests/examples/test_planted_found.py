@@ -1,6 +1,6 @@
-"""A campaign detects typical programming errors, and shows each by a short run.
+"""A campaign finds typical programming errors, and gives a short run for each.
 
-Each test uses a seed that is known to show the fault.
+The tests use seeds that are known to show the faults.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from structured_text.output.replays import MARK
 
 Captured = pytest.CaptureFixture[str]
 _MOST_LINES = 20
-#: For each inserted fault, a seed with a replay that shows the fault.
+#: For each fault, the seed of a run that shows it.
 _SEEDS = {"lost part": 36, "latch": 8, "link loss": 33, "race": 14, "time limit": 0}
 
 
@@ -30,9 +30,9 @@ _SEEDS = {"lost part": 36, "latch": 8, "link loss": 33, "race": 14, "time limit"
 def test_a_planted_fault_is_found_and_its_replay_shows_it(
     fault: Fault, tmp_path: Path, capsys: Captured
 ) -> None:
-    """The seed breaks the expected property, and so does its replay with the fault alone.
+    """The seed and its replay break the expected property, but only in the cell with the fault.
 
-    `rcx campaign` made the replays from these seeds. Each has at most 20 lines.
+    `rcx campaign` wrote the replays from these seeds. Each replay has at most 20 lines.
     """
     (tmp_path / "good").mkdir()
     good, project = planted(tmp_path / "good"), planted(tmp_path, fault)
@@ -58,7 +58,7 @@ def test_a_planted_fault_is_found_and_its_replay_shows_it(
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("example", sorted({one.example for one in FAULTY}))
 def test_storms_find_faults_in_examples_and_nothing_else(example: str, tmp_path: Path) -> None:
-    """Each fault fails in its seed as expected; the unchanged example does not fail."""
+    """Each fault in an example is found with its seed. The unchanged example has no failure."""
     there = [one for one in FAULTY if one.example == example]
     good = _storms(tmp_path / "good", example)
     for number, one in enumerate(there):

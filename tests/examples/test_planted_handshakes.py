@@ -1,4 +1,4 @@
-"""A deadlock and a race in a handshake of two programs: campaign and explore find both."""
+"""`rcx campaign` and `rcx explore` find a deadlock and a race between PLC and robot program."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from rcx_harness.verify.storm.cells import CellsOf
 from rcx_harness.verify.storm.sweep import Moments, Sweep, injects
 
 Captured = pytest.CaptureFixture[str]
-#: Line 11 of HANDOVER.PGM is `WAIT SI(20)=1` with the fault. SO(21) means that the robot is ready.
+#: With the fault, line 11 of HANDOVER.PGM is `WAIT SI(20)=1`. SO(21) means that the robot is ready.
 _DEADLOCK = (
     "deadlock handover: nothing has moved for 2000 ms: "
     "PLC waits for SO(21), robot program HANDOVER waits in line 11 for SI(20)=1"
 )
-#: The word is written one scan late.
+#: With this fault, the PLC writes the word one scan too late.
 _RACE = (
     "stable place: SIW(2) from 1 to 2: changed 1 scan after SI(21) became ON, "
     "before SO(20) has acknowledged it"
@@ -35,7 +35,7 @@ def there(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _explored(cell: Path, begin: str = "13s") -> int:
-    """Explore cancellations by the operator, by default after the time limits of PowerUp."""
+    """Run `rcx explore` with Cancel as the only input, from the time `begin` on."""
     words = ["explore", str(cell / "Handover.st"), "--robot", str(cell / "robot.toml")]
     words += ["--properties", str(cell / "campaign.toml"), "--workers", "0", "--faults", "none"]
     words += ["--stimulus", str(cell / "stimulus.toml"), "--begin", begin]
@@ -55,7 +55,7 @@ def _replayed(said: str, capsys: Captured) -> str:
 def test_explore_finds_a_planted_fault_and_rcx_run_shows_it(
     name: str, there: Path, capsys: Captured
 ) -> None:
-    """The shortest stimulus presses Cancel once. The race appears at the first part (1790 ms)."""
+    """`rcx explore` finds the deadlock with one press of Cancel, and the race without any input."""
     cell = planted(there, OF_HANDSHAKES[name], HANDSHAKES)
     assert _explored(cell, *["1500ms"] * (name == "race")) == 1
     said = capsys.readouterr().out
@@ -66,28 +66,28 @@ def test_explore_finds_a_planted_fault_and_rcx_run_shows_it(
 
 
 @pytest.mark.exhaustive
-def test_the_repaired_cell_is_explored_to_its_end(there: Path, capsys: Captured) -> None:
-    """Cancel may come at any time. No state has a deadlock or a race."""
+def test_the_corrected_cell_is_explored_to_its_end(there: Path, capsys: Captured) -> None:
+    """In the corrected cell, Cancel at any time leads to no deadlock and no race."""
     assert _explored(planted(there, home=HANDSHAKES)) == 0
     assert "explored to the end" in capsys.readouterr().out
 
 
 def _failures(cell: Path, seed: int) -> dict[str, str]:
-    """Return the failures of one seed of a campaign in words."""
+    """Run one seed of a campaign, and return the text of each failure by its kind."""
     options = {"robot": [cell / "robot.toml"], "engine": "builtin"}
     of = CellsOf.of([cell / "Handover.st"], options, [cell / "campaign.toml"])
     result = Storms(of).prepare()(seed)
     return {kind: text for kind, (_, text) in result.failures.items()}
 
 
-#: Seeds that show the fault early.
+#: Seeds of a campaign that show the faults.
 _SEEDS = {"deadlock": 36, "race": 5}
 
 
 @pytest.mark.exhaustive(but=["race"])
 @_both
 def test_a_seed_of_a_campaign_shows_a_planted_fault(name: str, there: Path) -> None:
-    """The same seed of the repaired cell has no failure."""
+    """The seed shows the fault, and has no failure in the corrected cell."""
     fault = OF_HANDSHAKES[name]
     (there / "good").mkdir()
     failures = _failures(planted(there, fault, HANDSHAKES), _SEEDS[name])
@@ -96,13 +96,16 @@ def test_a_seed_of_a_campaign_shows_a_planted_fault(name: str, there: Path) -> N
 
 
 @pytest.mark.exhaustive
-def test_a_campaign_names_the_lines_that_no_seed_has_reached(there: Path, capsys: Captured) -> None:
-    """Seed 5 runs the whole loop. The new subroutine in lines 14 to 16 is not called."""
+def test_a_campaign_reports_lines_that_no_seed_has_executed(there: Path, capsys: Captured) -> None:
+    """The campaign reports the lines of a robot program that no seed has executed.
+
+    Lines 14 to 16 are a subroutine that is never called.
+    """
     cell = planted(there, home=HANDSHAKES)
     program = cell / "HANDOVER.PGM"
     text = program.read_text(encoding="utf-8")
     program.write_text(text + "*NEVER:\n  SO(22)=1\nRETURN\n", encoding="utf-8")
-    for _ in range(2):  # the second call reads the results of the first
+    for _ in range(2):  # the second call only reads the saved results
         assert _campaign(cell, "--seeds", "1", "--seed-from", "5") == 0
         said = capsys.readouterr().out
         assert "\nrobot program HANDOVER: lines 15 to 16 not reached\n" in said
@@ -113,7 +116,10 @@ def test_a_campaign_names_the_lines_that_no_seed_has_reached(there: Path, capsys
 def test_a_campaign_finds_a_planted_fault_and_rcx_run_shows_it(
     name: str, there: Path, capsys: Captured
 ) -> None:
-    """The recovery also fails. The message says what each program waits for."""
+    """`rcx campaign` finds the fault, and its `rcx run` command shows it again.
+
+    For the deadlock, the message says for which signal each program waits.
+    """
     cell = planted(there, OF_HANDSHAKES[name], HANDSHAKES)
     assert _campaign(cell, "--seeds", "3", "--seed-from", str(_SEEDS[name])) == 1
     said = capsys.readouterr().out
@@ -126,12 +132,12 @@ def test_a_campaign_finds_a_planted_fault_and_rcx_run_shows_it(
 
 
 @pytest.mark.exhaustive
-def test_a_campaign_and_a_sweep_of_the_repaired_cell_find_nothing(
+def test_a_campaign_and_a_sweep_of_the_corrected_cell_find_nothing(
     there: Path, capsys: Captured
 ) -> None:
-    """The campaign has 30 storms with all faults. The sweep injects 3 faults at every third scan.
+    """In the corrected cell, 30 seeds of a campaign and a sweep of every third scan find nothing.
 
-    This includes faults in the middle of the robot program.
+    The sweep also injects faults in the middle of the robot program.
     """
     cell = planted(there, home=HANDSHAKES)
     assert _campaign(cell, "--seeds", "30") == 0, capsys.readouterr().out
@@ -150,7 +156,7 @@ def test_a_campaign_and_a_sweep_of_the_repaired_cell_find_nothing(
 
 @pytest.mark.exhaustive
 def test_a_sweep_injects_in_the_middle_of_the_robot_program(there: Path) -> None:
-    """From 2140 to 2250 ms the robot moves in line 9. In this time Cancel leads to the deadlock."""
+    """A press of Cancel during the movement of line 9 (2140 to 2250 ms) leads to the deadlock."""
     (there / "good").mkdir()
     for name, cell in (
         ("deadlock", planted(there, OF_HANDSHAKES["deadlock"], HANDSHAKES)),

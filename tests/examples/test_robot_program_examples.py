@@ -1,4 +1,4 @@
-"""Examples 16 and 17: robot programs contain the movements, and the PLC gives the jobs."""
+"""Examples 16 and 17: the PLC requests jobs, and robot programs execute the movements."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ _TABLES = {20: -40000, 21: -50000, 22: -60000}
 
 
 def _build(name: str) -> Cell:
-    """Return the cell of an example, without its stimulus."""
+    """Build the cell of an example without its stimulus file."""
     folder = ROOT / "plc/examples" / name
     files = sorted(folder.glob("*.st"))
     return Cell.build(files, robot=folder / "robot.toml", engine="builtin")
@@ -26,7 +26,7 @@ def _until(cell: Cell, condition: Callable[[], bool], within: str = "4s") -> Non
 
 
 def _releases(cell: Cell, parts: int) -> list[int]:
-    """Return where axis 1 was when the hand opened, for this number of parts [pulses]."""
+    """Run until the hand has opened `parts` times, and return the positions of axis 1 [pulses]."""
     found: list[int] = []
     closed = cell.robot.read_port("DO(20)")
     for _ in range(1000):
@@ -39,8 +39,11 @@ def _releases(cell: Cell, parts: int) -> list[int]:
     return found
 
 
-def test_the_robot_side_of_example_16_is_that_of_the_library() -> None:
-    """Source: docs/how-to/robot-program.md: users copy the frame, and only the routines differ."""
+def test_the_robot_program_of_example_16_is_that_of_the_library() -> None:
+    """The example's robot program is plc/robot/JOBS.PGM with other routines.
+
+    Source: docs/how-to/robot-program.md.
+    """
     frame = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="utf-8").partition("IF SGI30=0")
     ours = (ROOT / "plc/examples" / _JOBS / "CARRY.PGM").read_text(encoding="utf-8")
     begin, end = frame[1], "\n' Your routines."
@@ -48,7 +51,7 @@ def test_the_robot_side_of_example_16_is_that_of_the_library() -> None:
 
 
 def test_each_part_goes_to_the_next_place_of_the_tray() -> None:
-    """Source: example 16: points 20 to 22, then 20 again."""
+    """Four parts go to points 20, 21, 22 and 20 again. Source: example 16."""
     with _build(_JOBS) as cell:
         cell["Main.CellSafe"] = True
         cell.run("300ms")
@@ -57,7 +60,7 @@ def test_each_part_goes_to_the_next_place_of_the_tray() -> None:
 
 
 def test_stop_parks_the_robot_after_the_present_part() -> None:
-    """Source: example 16: point 1 is at 0 of each axis."""
+    """After Stop the part is placed and the robot moves to point 1, which is 0 of each axis."""
     cell = finished(_JOBS).cell
     assert cell["Main.Stage"] == "CELL_IDLE"
     assert cell["Main.Count"] == 4
@@ -83,7 +86,7 @@ def _press(cell: Cell) -> None:
     [("link_down", "link_up"), ("emergency_stop", "emergency_stop_release")],
 )
 def test_a_stopped_job_continues_after_start(event: str, back: str) -> None:
-    """Nothing moves before Start. Then the part is placed, and the next part goes to its place.
+    """A stopped job continues after Start with the same part. Before, nothing moves.
 
     Source: manual chapter 1, 5.2; chapter 5, 2: the program continues with the interrupted line.
     """
@@ -99,8 +102,11 @@ def test_a_stopped_job_continues_after_start(event: str, back: str) -> None:
         assert not cell["Main.Fault"]
 
 
-def test_a_job_that_was_interrupted_by_a_power_failure_is_reported_and_then_given_again() -> None:
-    """Source: FB_ProgramCall, 16#8083: begun, and not complete."""
+def test_a_job_interrupted_by_a_power_failure_is_reported_and_repeated() -> None:
+    """After a power failure, the interrupted job is reported with 16#8083, and Start repeats it.
+
+    Source: FB_ProgramCall, 16#8083.
+    """
     with _build(_JOBS) as cell:
         _with_a_part_in_the_hand(cell)
         cell.inject("power_cycle")
@@ -114,7 +120,7 @@ def test_a_job_that_was_interrupted_by_a_power_failure_is_reported_and_then_give
 
 
 def test_robot_and_exchanger_are_never_in_the_tray_together() -> None:
-    """The robot may be in the area while SO(24) and SI(24) are ON.
+    """The tray never moves while the robot has permission for the area (SO(24) and SI(24) ON).
 
     Source: example 17; the tray is exchanged once, and three parts are placed.
     """
@@ -143,8 +149,11 @@ def test_robot_and_exchanger_are_never_in_the_tray_together() -> None:
         assert [now for was, now in pairwise(moved) if was != now] == [True, False]
 
 
-def test_the_robot_keeps_the_area_while_nobody_knows_where_it_is() -> None:
-    """Source: example 17; manual chapter 1, 5.2: a lost link stops the program."""
+def test_the_robot_keeps_the_area_while_its_position_is_unknown() -> None:
+    """After a loss of the link, the robot keeps its permission, because its position is unknown.
+
+    Source: example 17; manual chapter 1, 5.2.
+    """
     with _build(_BELT) as cell:
         cell["Main.CellSafe"] = True
         cell.run("300ms")
@@ -161,7 +170,7 @@ def test_the_robot_keeps_the_area_while_nobody_knows_where_it_is() -> None:
 
 
 def test_the_belt_stops_while_a_part_lies_at_its_end() -> None:
-    """Source: example 17, BELT.PGM."""
+    """The belt stops when a part is at its end. Source: example 17, BELT.PGM."""
     with _build(_BELT) as cell:
         cell["Main.CellSafe"] = True
         cell.run("300ms")

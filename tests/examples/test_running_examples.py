@@ -1,4 +1,4 @@
-"""Examples 08, 10 and 11: programs by name, monitoring, recovery from an emergency stop."""
+"""Examples 08, 10 and 11 run programs by name, monitor the robot, and recover from a stop."""
 
 from __future__ import annotations
 
@@ -19,8 +19,11 @@ def _running(cell: Cell) -> list[str]:
     return [task.program.name for task in tasks if task.state == "running"]
 
 
-def test_the_program_of_the_recipe_is_registered_and_runs_and_no_other() -> None:
-    """Source: guide 4.6.1, 4.6.2, 4.6.4."""
+def test_only_the_program_of_the_recipe_is_registered_and_runs() -> None:
+    """Only the program that the recipe names is registered and runs.
+
+    Source: guide 4.6.1, 4.6.2, 4.6.4.
+    """
     mark = port("SO2()")
     with _build("08_program_by_name") as cell:
         ports = cell.robot.machine.ports
@@ -29,7 +32,7 @@ def test_the_program_of_the_recipe_is_registered_and_runs_and_no_other() -> None
         assert ports.read(mark) == 2
         cell.run("1s")
         assert _running(cell) == []
-        assert cell["Main.Ran"] == "BOX_LARGE", "the value that the controller reports"
+        assert cell["Main.Ran"] == "BOX_LARGE", "Ran must be the name from the controller"
         cell.run("1s")
         assert _running(cell) == ["CLEAN"]
         assert ports.read(mark) == 4
@@ -44,8 +47,8 @@ def test_the_program_of_the_recipe_is_registered_and_runs_and_no_other() -> None
 @pytest.mark.parametrize(
     ("event", "fault"), [("emergency_stop", 0x8004), ("alarm", 0x8004), ("link_down", 0x8001)]
 )
-def test_a_program_that_is_stopped_has_not_come_to_its_end(event: str, fault: int) -> None:
-    """Source: manual chapter 5, 2: SO(13) also goes OFF at a stop."""
+def test_a_stopped_program_is_a_fault(event: str, fault: int) -> None:
+    """A stopped program is a fault, not a complete run. Source: manual chapter 5, 2, SO(13)."""
     with _build("08_program_by_name") as cell:
         cell.run_until(lambda: cell["Main.Stage"] == "NAME_RUNNING", within="2s")
         cell.inject(event)
@@ -54,10 +57,11 @@ def test_a_program_that_is_stopped_has_not_come_to_its_end(event: str, fault: in
         assert cell["Main.Ran"] == ""
 
 
-def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> None:
-    """The rated torque is 20 % of the maximum torque.
+def test_motor_duty_is_read_during_a_movement_and_position_after_it() -> None:
+    """The motor duty is read during a movement, position and torque after it.
 
-    2 % + 9 % of the maximum torque are therefore 55 % of the rated torque.
+    The rated torque is 20 % of the maximum torque, so 2 % + 9 % of the maximum are 55 % of the
+    rated torque.
 
     Source: guide 4.9.1, 4.7.4, 4.7.12; robot.toml of the example.
     """
@@ -65,7 +69,7 @@ def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> Non
         cell.run("1400ms")
         assert (cell["Main.Duty1"], cell["Main.Torques"][:2]) == (10, [2, 4])
         cell.run("500ms")
-        assert 0 < cell.robot.positions[0] < 150_000, "during the movement"
+        assert 0 < cell.robot.positions[0] < 150_000, "the robot must be moving now"
         assert (cell["Main.Duty1"], cell["Main.Torques"][0]) == (55, 2)
         assert cell["Main.Shown"][0] == 0.0, "a moving command keeps its turn"
         cell.run("600ms")
@@ -73,8 +77,11 @@ def test_motor_duty_is_seen_on_the_way_and_position_and_torque_after_it() -> Non
         assert cell["Main.Duty1"] == 10
 
 
-def test_an_alarm_is_read_once_it_comes_and_the_monitoring_goes_on() -> None:
-    """Source: manual chapter 5, 2, SO(03); guide 4.7.7."""
+def test_an_alarm_is_read_once_and_the_monitoring_continues() -> None:
+    """An alarm is read once, and the monitoring continues.
+
+    Source: chapter 5, 2, SO(03); guide 4.7.7.
+    """
     cell = finished("10_monitoring").cell
     assert (cell["Main.Group"], cell["Main.Category"]) == (99, 999)
     assert cell["Main.Robot.SO.SO03_Alarm"]
@@ -84,7 +91,10 @@ def test_an_alarm_is_read_once_it_comes_and_the_monitoring_goes_on() -> None:
 
 
 def test_a_lost_link_ends_the_monitoring_until_reset_and_start() -> None:
-    """Source: design of the examples: a fault is kept, nothing restarts by itself."""
+    """After a loss of the link, monitoring stays off until Reset and Start.
+
+    Source: design of the examples: a fault is kept, nothing restarts by itself.
+    """
     with _build("10_monitoring") as cell:
         cell.run("1400ms")
         cell.inject("link_down")
@@ -94,7 +104,7 @@ def test_a_lost_link_ends_the_monitoring_until_reset_and_start() -> None:
         cell["Main.Start"] = True
         cell.run("300ms")
         assert cell["Main.Stage"] == "WATCH_OFF", "the fault is not acknowledged"
-        cell.run("1s")  # the alarm of the stimulus has come
+        cell.run("1s")  # wait until the stimulus has raised its alarm
         cell["Main.Start"], cell["Main.Reset"] = False, True
         cell.run("100ms")
         assert cell["Main.Fault"] == 0
@@ -104,7 +114,7 @@ def test_a_lost_link_ends_the_monitoring_until_reset_and_start() -> None:
 
 
 def _stages(cell: Cell, duration: str) -> list[str]:
-    """Return the stages of example 11 in order."""
+    """Run example 11, and return its stages in their order."""
     seen = [str(cell["Main.Stage"])]
     for _ in range(int(duration.removesuffix("s")) * 100):
         cell.scan()
@@ -113,8 +123,11 @@ def _stages(cell: Cell, duration: str) -> list[str]:
     return [stage.removeprefix("SAFE_") for stage in seen]
 
 
-def test_after_an_emergency_stop_the_program_goes_on_or_begins_anew_as_the_operator_says() -> None:
-    """Source: manual chapter 5, 3.1 (servo ON from emergency stop) and 3.3."""
+def test_after_an_emergency_stop_the_operator_continues_or_restarts_the_program() -> None:
+    """After an emergency stop the operator can continue the program or start it from the beginning.
+
+    Source: manual chapter 5, 3.1 (servo ON from emergency stop) and 3.3.
+    """
     with _build("11_emergency_stop") as cell:
         stages = _stages(cell, "10s")
         begin = ["PROGRAM_RESET", "START", "RUNNING"]
@@ -126,7 +139,10 @@ def test_after_an_emergency_stop_the_program_goes_on_or_begins_anew_as_the_opera
 
 
 def test_si00_is_off_in_the_scan_of_the_emergency_and_stays_off_until_reset() -> None:
-    """Source: manual chapter 5, 3.1, shift to emergency stop."""
+    """SI(00) is OFF in the scan in which CellSafe falls, and stays OFF until Reset.
+
+    Source: manual chapter 5, 3.1, shift to emergency stop.
+    """
     with _build("11_emergency_stop") as cell:
         cell.run_until(lambda: cell["Main.Stage"] == "SAFE_RUNNING", within="3s")
         cell["Main.CellSafe"] = False
@@ -138,14 +154,12 @@ def test_si00_is_off_in_the_scan_of_the_emergency_and_stays_off_until_reset() ->
         cell["Main.CellSafe"] = True
         cell["Main.Start"] = cell["Main.GoOn"] = True
         cell.run("300ms")
-        assert not cell["Main.Robot.SI.SI00_EmergencyStop"], (
-            "closing the circuit alone releases nothing"
-        )
+        assert not cell["Main.Robot.SI.SI00_EmergencyStop"], "SI(00) must stay OFF until Reset"
         assert cell["Main.Stage"] == "SAFE_STOPPED"
 
 
-def test_a_held_reset_button_brings_nothing_back() -> None:
-    """Source: design of the examples: nothing restarts by itself."""
+def test_a_held_reset_button_has_no_effect() -> None:
+    """A Reset button that is held during the stop has no effect. Source: design of the examples."""
     with _build("11_emergency_stop") as cell:
         cell.run_until(lambda: cell["Main.Stage"] == "SAFE_RUNNING", within="3s")
         cell["Main.Reset"] = True

@@ -1,4 +1,4 @@
-"""No program that users copy lets the robot move before CellSafe is wired."""
+"""In no program that users may copy can the robot move before the user wires CellSafe."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _PINS_ON = re.compile(r"\b(?:EmergencyStopOk|StopOk)\b[^;]*:\s*BOOL\s*:=\s*TRUE"
 
 
 def _texts() -> Iterator[tuple[str, str]]:
-    """Return names and texts of the programs, and of the snippets in the pages."""
+    """Yield the name and text of each program, and of each code snippet in the pages."""
     files = [_ROOT / "README.md"]
     for folder in _COPIED:
         files += [one for one in (_ROOT / folder).rglob("*") if one.suffix in (".st", ".md")]
@@ -30,14 +30,20 @@ def _texts() -> Iterator[tuple[str, str]]:
 
 
 def _unwired(text: str) -> list[str]:
-    """Return code that switches SI(00) or SI(06) ON without wiring: TRUE, or an initial value."""
+    """Return the parts of a program that turn SI(00) or SI(06) ON without a signal from outside.
+
+    Such parts are the constant TRUE, or a variable with the initial value TRUE.
+    """
     names = {name for given in _PIN.findall(text) for name in re.findall(r"\b[A-Za-z_]\w*", given)}
     on = [name for name in names if re.search(rf"\b{name}\b[^:;]*:\s*BOOL\s*:=\s*TRUE", text)]
     return [*on, *(["TRUE"] if "TRUE" in names else []), *_PINS_ON.findall(text)]
 
 
 def test_si00_and_si06_stay_off_until_the_user_has_wired_them() -> None:
-    """Source: manual chapter 5, 2, SI(00) and SI(06); design, section 7."""
+    """No program turns SI(00) or SI(06) ON by itself.
+
+    Source: manual chapter 5, 2; design, section 7.
+    """
     programs = list(_texts())
     found = {name: one for name, text in programs if (one := _unwired(text))}
     assert not found
@@ -53,15 +59,18 @@ def test_si00_and_si06_stay_off_until_the_user_has_wired_them() -> None:
         "EmergencyStopOk : BOOL := TRUE;",
     ],
 )
-def test_the_check_sees_what_is_on_by_itself(text: str) -> None:
+def test_the_check_finds_inputs_that_are_on_without_wiring(text: str) -> None:
     assert _unwired(text)
 
 
 @pytest.mark.parametrize("with_stimulus", [False, True])
-def test_a_run_in_which_the_cell_stays_open_says_what_to_set(
+def test_a_run_without_cell_safe_shows_how_to_set_it(
     capsys: pytest.CaptureFixture[str], with_stimulus: bool
 ) -> None:
-    """Source: manual chapter 5, 2, SI(00): OFF is the emergency stop."""
+    """If SI(00) stays OFF for the whole run, a hint shows how to set CellSafe.
+
+    Source: manual chapter 5, 2, SI(00): OFF is the emergency stop.
+    """
     folder = _ROOT / "plc/examples/01_power_up"
     beside = folder / "stimulus.toml"
     options = ["--robot", str(folder / "robot.toml"), "--for", "500ms", "--engine", "builtin"]

@@ -1,4 +1,4 @@
-"""Example 04 with a real robot model: the same program, with points in mm within its reach."""
+"""Example 04 also runs with a SCARA model, with points in mm that the model can reach."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ EXAMPLE = Path(__file__).parents[2] / "plc" / "examples" / "04_pick_and_place"
 def test_parts_are_moved_between_places_in_mm(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The robot reaches point 10 left-handed and point 20 right-handed, as the points designate.
+    """The robot reaches point 10 left-handed and point 20 right-handed, as its points demand.
 
     Source: remote command guide 4.2.1 and 4.2.19
     """

@@ -1,6 +1,6 @@
-"""Examples 04 and 07 survive every fault of `rcx sweep` at a sample of the moments.
+"""Examples 04 and 07 recover from every fault of `rcx sweep` at a sample of scans.
 
-For all moments, use the same calls without `--every`, `--workers 0` and `--engine`.
+To test every scan, use the same calls without `--every`, `--workers 0` and `--engine`.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ _LONG_FAULTS = (
 )
 _SHORT = ("plc_overrun", "power_cycle", "alarm", "program_end")
 _FAULTS = (*_LONG_FAULTS, *_SHORT, "Main.CellSafe=false")
-#: Length of the good run. The run of 07 ends after the last place, when the full pallet is idle.
+#: Duration of the run without faults. The run of 07 ends after the pallet is full.
 _RUNS = {"04_pick_and_place": "4200ms", "07_pallet": "9000ms"}
 _HAND, _TRAY = port("DO(20)"), (-60_000, 80_000)
 
@@ -44,20 +44,23 @@ def _sweep(name: str, out: Path, program: Path, faults: tuple[str, ...], every: 
 @pytest.mark.parametrize(
     ("name", "every"), [("04_pick_and_place", 157), ("07_pallet", 283)], ids=list(_RUNS)
 )
-def test_the_example_comes_back_from_every_fault(
+def test_the_example_recovers_from_every_fault(
     name: str, every: int, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/how-to/campaign.md; the conditions after a fault are in tests/data/sweeps."""
+    """The example meets the conditions in tests/data/sweeps after each fault.
+
+    Source: docs/how-to/campaign.md.
+    """
     program = ROOT / "plc/examples" / name
     assert _sweep(name, tmp_path / "out", program, _FAULTS, every) == 0
     assert "the cell recovers from all of them" in capsys.readouterr().out
 
 
 @pytest.mark.exhaustive
-def test_one_that_starts_by_itself_is_found(
+def test_a_program_that_starts_by_itself_is_found(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In the changed program, a Start that came before the fault has an effect after Reset."""
+    """The sweep finds a changed program that starts by itself after Reset."""
     example = ROOT / "plc/examples/04_pick_and_place"
     text = (example / "PickPlace.st").read_text(encoding="utf-8")
     for before, after in (
@@ -77,7 +80,7 @@ def test_one_that_starts_by_itself_is_found(
 
 
 def _opened_at(event: str, at_ms: int) -> list[tuple[int, ...]]:
-    """Return where the hand opened in example 04 with a fault, Reset and Start."""
+    """Run example 04 with a fault, Reset and Start; return each position where the hand opened."""
     opened = []
     with examples()["04_pick_and_place"].build("builtin") as cell:
 
@@ -98,7 +101,7 @@ def _opened_at(event: str, at_ms: int) -> list[tuple[int, ...]]:
             cell["Main.CellSafe"] = True
         else:
             cell.inject({"link_down": "link_up"}.get(event, f"{event}_release"))
-        run(2800 - at_ms)  # the stimulus presses Stop at 3 s
+        run(2800 - at_ms)  # end before the stimulus presses Stop at 3 s
         for button in ("Main.Reset", "Main.Start"):
             cell[button] = True
             run(100)
@@ -116,8 +119,8 @@ def _closed(cell: Cell) -> bool:
 
 @pytest.mark.exhaustive(but=["door"])
 @pytest.mark.parametrize("event", ["door", "emergency_stop", "link_down"])
-def test_wherever_it_is_interrupted_the_hand_opens_at_the_tray_only(event: str) -> None:
-    """The fault comes while the hand closes or opens, or while the robot carries a part.
+def test_after_each_interruption_the_hand_opens_only_at_the_tray(event: str) -> None:
+    """After a fault while the robot grips, carries or places, the hand opens only at the tray.
 
     Source: head of FB_PickPlace.
     """

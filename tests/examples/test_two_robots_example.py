@@ -1,4 +1,4 @@
-"""Examples 12 and 14: two controllers on one PLC, independent except for a shared area."""
+"""Examples 12 and 14: two controllers on one PLC are independent, except for a shared area."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _EXAMPLE_14 = ("14_one_table", "Placer", "Taker")
 
 
 def _started(name: str) -> Cell:
-    """Return a cell in which both robots work."""
+    """Build the cell of an example, and press Start, so that both robots work."""
     folder = ROOT / "plc/examples" / name
     cell = Cell.build(
         sorted(folder.glob("*.st")),
@@ -42,7 +42,7 @@ def _started(name: str) -> Cell:
 
 
 def _press(cell: Cell, name: str, button: str) -> None:
-    """Press a button of both robots; example 14 has one button for both."""
+    """Press and release a button of both robots. In example 14 both robots share one button."""
     for value in (True, False):
         for keys in ("Key1.", "Key2.") if name.startswith("12") else ("",):
             cell[f"Main.{keys}{button}"] = value
@@ -57,8 +57,8 @@ def _away(cell: Cell) -> list[tuple[int, ...]]:
     return [tuple(one.positions[:2]) for one in cell.robots]
 
 
-def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
-    """A robot that is not at its point 10 is at the tray or on its way.
+def test_at_most_one_robot_is_away_from_its_place() -> None:
+    """At most one robot is away from its point 10, so the other is not at the tray.
 
     Source: points 10 and 20 of robot1.toml and robot2.toml.
     """
@@ -76,8 +76,8 @@ def test_never_are_both_robots_on_the_way_to_the_tray_or_at_it() -> None:
         assert not cell.violations
 
 
-def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_waits() -> None:
-    """When the second robot is known to be at its place again, both continue.
+def test_while_robot_2_has_no_link_robot_1_places_its_part_and_waits() -> None:
+    """While robot 2 has no link, robot 1 places its part and waits. Later both continue.
 
     Source: manual chapter 1, 5.2 (link loss), for each controller by itself.
     """
@@ -102,10 +102,10 @@ def test_while_the_second_robot_has_lost_its_link_the_first_ends_its_part_and_wa
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("name", "one", "other"), [_EXAMPLE_12, _EXAMPLE_14], ids=["12", "14"])
 @pytest.mark.parametrize("fault", ["emergency_stop", "auto_input_off", "power_off"])
-def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
+def test_the_shown_fault_is_always_in_the_list_of_errors(
     name: str, one: str, other: str, fault: str
 ) -> None:
-    """If two blocks end in one scan, the number is that of one block and not a mixture.
+    """The shown ErrorID is one of the list, even if two blocks end with an error in one scan.
 
     Source: docs/reference/errors.md.
     """
@@ -124,20 +124,20 @@ def test_the_fault_that_is_shown_is_one_of_the_list_whenever_it_comes(
     assert found - {0} <= known
 
 
-def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
-    """Source: manual chapter 5, 3.1; only the shared safety circuit, CellSafe, stops both."""
+def test_an_emergency_stop_of_one_controller_does_not_stop_the_other() -> None:
+    """An emergency stop of controller 2 does not stop robot 1. Source: manual chapter 5, 3.1."""
     with _build() as cell:
         cell.run_until(lambda: cell["Main.Carry2.Fetch.Busy"], within="3s")
         cell.run("100ms")
         cell.inject("emergency_stop", controller=2)
         cell.run("100ms")
         assert cell["Main.Carry2.Cycle.State"] == "WORK_FAULT", (
-            "the robot was on its way to the tray"
+            "robot 2 must be in the state of a fault"
         )
         assert not cell["Main.Robot1.SO.SO00_EmergencyStop"]
         assert cell["Main.Carry2.Lock.Kept"] is True
         cell.run("2s")
-        assert cell["Main.Carry1.Lock.Busy"], "the other robot may be in the way"
+        assert cell["Main.Carry1.Lock.Busy"], "robot 1 must wait for the area"
         cell["Main.CellSafe"] = False
         cell.run("100ms")
         emergency = [cell[f"Main.Robot{k}.SO.SO00_EmergencyStop"] for k in (1, 2)]
@@ -147,10 +147,10 @@ def test_an_emergency_stop_of_one_controller_leaves_the_other_running() -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("name", "first", "second"), [_EXAMPLE_12, _EXAMPLE_14])
 @pytest.mark.parametrize("how", ["emergency_stop", "link_down", "power_cycle", "manual_mode"])
-def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_back(
+def test_a_robot_moved_by_hand_keeps_the_area_until_it_is_at_its_place(
     name: str, first: str, second: str, how: str
 ) -> None:
-    """The robot is moved by hand without servos, or by the programming box in manual mode.
+    """A robot that was moved by hand keeps the area until it is at its place again.
 
     Source: head of FB_Interlock: clear Outside when servos, link or AUTO mode are lost
     """
@@ -180,7 +180,7 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
         cell.run("20s")
         after = cell[f"Main.{first}.Cycle.Count"], cell[f"Main.{second}.Cycle.Count"]
         assert all(now > then for now, then in zip(after, before, strict=True)), (
-            "both robots continue"
+            "both robots must continue"
         )
 
 
@@ -188,10 +188,12 @@ def test_one_that_is_led_from_its_place_has_the_area_until_it_is_known_to_be_bac
 @pytest.mark.parametrize(
     ("name", "waits"), [("12_two_robots", "Main.Carry1"), ("14_one_table", "Main.Placer")]
 )
-def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
+def test_a_wait_of_more_than_a_minute_for_the_other_robot_is_no_fault(
     name: str, waits: str
 ) -> None:
-    """The pendant of the second robot is plugged in, so its position is not known yet.
+    """Robot 1 waits more than a minute for robot 2 without a fault.
+
+    The pendant of robot 2 is plugged in, so its position is not known yet.
 
     Source: head of TwoRobots.st: a fault of one robot is not a fault of the other robot.
     """
@@ -214,8 +216,8 @@ def test_one_that_waits_longer_than_a_minute_for_the_other_is_no_fault(
         assert cell[f"{waits}.Cycle.ErrorID"] == 0
 
 
-def test_the_areas_of_both_lie_one_behind_the_other() -> None:
-    """Source: manual chapter 1, 4.1: 48 bytes each."""
+def test_the_areas_of_both_controllers_are_adjacent() -> None:
+    """The two areas of 48 bytes are adjacent in the image. Source: manual chapter 1, 4.1."""
     cell = finished("12_two_robots").cell
     one, two = cell.trace.scans()[-2:]
     assert (one.controller, two.controller) == (1, 2)
@@ -225,8 +227,8 @@ def test_the_areas_of_both_lie_one_behind_the_other() -> None:
     assert bytes(cell["Main.InputArea"])[:96] == one.so + two.so
 
 
-def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
-    """The second robot has a part in its hand during an emergency stop."""
+def test_a_part_is_taken_from_the_table_before_the_next_is_placed() -> None:
+    """The table never has two parts, even if robot 2 has an emergency stop with a part in hand."""
     with _build("14_one_table") as cell:
         kept, there = False, list[bool]()
         while cell.now_us < 12_000_000:
@@ -247,10 +249,10 @@ def test_a_part_at_the_one_table_is_taken_before_the_next_is_placed() -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("example", ["12_two_robots", "14_one_table"])
-def test_it_recovers_from_every_kind_of_fault_at_some_scans(
+def test_the_cell_recovers_from_every_kind_of_fault_at_some_scans(
     example: str, tmp_path: object, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """`rcx sweep` without --every uses all scans. Source: tests/data/sweeps."""
+    """The cell recovers from each kind of fault at every 311th scan. Source: tests/data/sweeps."""
     folder, sweeps = ROOT / "plc/examples" / example, ROOT / "tests/data/sweeps"
     robots = [f"--robot={folder / f'robot{k}.toml'}" for k in (1, 2)]
     faults = "emergency_stop,link_down,power_cycle,alarm,plc_stop,plc_power_off"

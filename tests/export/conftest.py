@@ -1,4 +1,4 @@
-"""Exports for the tests of several targets: a part of the library in quick tests, or all."""
+"""Fixtures with exports: in quick tests of a part of the library, otherwise of all parts."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from structured_text.export.parts import Sources
     ],
 )
 def whole(request: pytest.FixtureRequest) -> bool:
-    """Return whether to export the whole library, or only the parts that the sample needs."""
+    """Return TRUE to export the whole library, FALSE to export only a small part."""
     return bool(request.param)
 
 
 @pytest.fixture(scope="session")
 def sources(whole: bool) -> Sources:
-    """Return the exported sources, read and checked."""
+    """Return the sources of the export, read and checked."""
     return sample(whole=whole)

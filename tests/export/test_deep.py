@@ -1,4 +1,4 @@
-"""Deeply nested expressions are exported, or refused with their place."""
+"""Deeply nested expressions are exported, or rejected with file and line."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ def _program(folder: Path, expression: str) -> Path:
 
 @pytest.mark.parametrize(("target", "depth"), [("scl", 400), ("plcopen", 400), ("l5x", 1_000)])
 def test_calls_deep_inside_each_other_are_exported(target: str, depth: int, tmp_path: Path) -> None:
-    """The default stack of Python is too small for such a depth.
+    """Thousands of nested calls are exported, although Python's default stack is too small.
 
     Source: docs/reference/limits.md, programs: calls may be nested 10,000 times.
     """
@@ -31,8 +31,13 @@ def test_calls_deep_inside_each_other_are_exported(target: str, depth: int, tmp_
     assert any(text.count("ABS") >= depth for text in output.files.values())
 
 
-def test_a_body_too_deep_has_its_line(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Source: docs/reference/limits.md, programs."""
+def test_an_expression_that_is_too_deep_is_reported_with_its_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If an expression is too deep for the stack, the message has its line.
+
+    Source: docs/reference/limits.md, programs.
+    """
 
     def too_small(work: object) -> None:
         raise RecursionError
@@ -46,10 +51,13 @@ def test_a_body_too_deep_has_its_line(tmp_path: Path, monkeypatch: pytest.Monkey
     assert told.value.hint == "assign parts of the expression to variables first"
 
 
-def test_a_proof_of_expressions_too_deep_for_it_names_their_line(
+def test_a_proof_reports_the_line_of_an_expression_that_is_too_deep(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/reference/limits.md, programs."""
+    """`rcx prove` reports the line of an expression that is too deep.
+
+    Source: docs/reference/limits.md.
+    """
     pytest.importorskip("z3")
     file = _program(tmp_path, " + ".join(["y"] * 2_000))
     assert main(["prove", str(file), "--out", str(tmp_path)]) == 2

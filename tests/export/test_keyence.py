@@ -1,4 +1,4 @@
-"""`rcx export keyence`, converted back, gives the library; its tables have every variable."""
+"""The export for KEYENCE has all statements of the library, and tables with all variables."""
 
 from __future__ import annotations
 
@@ -15,9 +15,9 @@ from structured_text.export.parts import Sources
 from structured_text.language import syntax as s
 from structured_text.language.printer import init_text
 
-#: Types in the tables of a public project of KV STUDIO 12 (KV-X520); see docs/how-to/export.md.
+#: Types that occur in a public project of KV STUDIO 12 (KV-X520); see docs/how-to/export.md.
 _TYPES = {*("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "LREAL", "TIME", "STRING[80]")}
-#: IEC 61131-3 types, and their names in the tables.
+#: Maps IEC 61131-3 types to their names in the tables.
 _CALLED = {**{one: one for one in ("BOOL", "INT", "DINT", "UINT", "UDINT", "REAL", "TIME",
                                    "RCX_REF")}, "WORD": "UINT", "BYTE": "UINT", "DWORD": "UDINT",
            "STRING": "STRING[80]", "RCX_WORDS": "ARRAY[1..15] OF UINT",
@@ -29,12 +29,12 @@ _KINDS = {"VAR_INPUT": "IN", "VAR_OUTPUT": "OUT", "VAR_IN_OUT": "IN-OUT"}
 
 @pytest.fixture(scope="module")
 def files(whole: bool) -> Mapping[str, str]:
-    """Return the files of the folder."""
+    """Return the path and the text of each exported file."""
     return written("keyence", whole=whole).files
 
 
 def _rows(files: Mapping[str, str], path: str) -> dict[str, list[str]]:
-    """Return direction, type, default and comment by name, of all tables of a declaration."""
+    """Read the tables of a block or structure: name to direction, type, default and comment."""
     found = {}
     for line in files.get(f"{path}.arguments.txt", "").splitlines():
         name, *row = line.split("\t")
@@ -53,7 +53,7 @@ def test_statements_come_back_from_keyence(sources: Sources, files: Mapping[str,
 
 
 @pytest.mark.parametrize("name", ["03_general_io", "06_teach_points"])
-def test_undone_the_statements_of_an_example_are_its_own(name: str) -> None:
+def test_statements_of_an_example_come_back_from_keyence(name: str) -> None:
     sources = example_sources(name)
     files = TARGETS["keyence"].write(sources).files
     assert differing(sources, files, _WORDS, _RENAMED, pins={}) == []
@@ -69,7 +69,7 @@ def test_every_variable_is_in_its_table_with_direction_type_default_and_comment(
             place, kind, initial, said = rows.pop(_RENAMED.get(name, name))
             wanted = "FIELD" if section == "FIELD" else _KINDS.get(section, "VAR")
             assert (place, said) == (wanted, note), (part.name, name)
-            if not isinstance(one.initial, s.Name):  # a member of an enumeration
+            if not isinstance(one.initial, s.Name):  # not the default of an enumeration
                 default = "" if one.initial is None else untyped(init_text(one.initial))
                 assert initial == default, (part.name, name)
             assert isinstance(one.spec, s.NamedSpec)
@@ -80,7 +80,10 @@ def test_every_variable_is_in_its_table_with_direction_type_default_and_comment(
 
 
 def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, str]) -> None:
-    """Source: export.md, `keyence`; the structures and blocks are files of the folder."""
+    """Each type in the tables is a type of KV STUDIO or is exported.
+
+    Source: export.md, `keyence`.
+    """
     made = {Path(path).stem.split(".")[0] for path in files} | {"TON", "R_TRIG"}
     for path in {path.rpartition("/")[0] + "/" + Path(path).stem.split(".")[0] for path in files}:
         for name, row in _rows(files, path).items() if path != "types/enumerations" else ():
@@ -89,7 +92,10 @@ def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, s
 
 
 def test_words_are_uint_and_device_names_are_changed(files: Mapping[str, str]) -> None:
-    """Source: docs/how-to/export.md, `keyence`."""
+    """WORD becomes UINT, and names of devices such as m are changed.
+
+    Source: export.md, `keyence`.
+    """
     assert "SHL(UINT#16#01, Digit) AND UINT#16#00FF" in files["core/FC_RcxBitMask.st"]
     assert "Rest := (NOT Mask AND UINT#16#00FF);" in files["core/FC_RcxByteWithBit.st"]
     assert "(SHR(Value, 8) AND UINT#16#00FF);" in files["core/FC_RcxByteOfWord.st"]

@@ -1,4 +1,4 @@
-"""`rcx export l5x` writes Add-On Instructions that behave as the blocks, for Studio 5000."""
+"""`rcx export l5x` writes Add-On Instructions for Studio 5000 that behave as the blocks."""
 
 from __future__ import annotations
 
@@ -24,13 +24,13 @@ from structured_text.language.types import BlockType
 
 @pytest.fixture(scope="module")
 def root(whole: bool) -> ET.Element:
-    """Return the sample."""
+    """Return the root element of the exported sample."""
     return ET.fromstring(written("l5x", whole=whole).files[""])
 
 
 @pytest.fixture(scope="module")
 def cell(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a file with the first example and the parts that it needs."""
+    """Return an L5X file with the first example and the parts of the library that it needs."""
     output = TARGETS["l5x"].write(example_sources("01_power_up"))
     (file,) = write(output, tmp_path_factory.mktemp("l5x") / "cell.L5X")
     return file
@@ -53,8 +53,8 @@ def test_each_instruction_is_declared_before_it_is_used(root: ET.Element, source
 
 
 @pytest.mark.exhaustive
-def test_an_import_brings_the_whole_library(tmp_path: Path) -> None:
-    """Every tag is declared, and every value has the type of its place.
+def test_one_import_brings_the_whole_library(tmp_path: Path) -> None:
+    """One L5X file imports the whole library, with valid tags and values.
 
     Source: 1756-PM010, importing: an instruction is imported with all instructions that it refers
     to.
@@ -70,13 +70,19 @@ def test_an_import_brings_the_whole_library(tmp_path: Path) -> None:
     assert [str(error) for error in check(source_files([file], None).own)] == []
 
 
-def test_the_file_is_built_as_the_manual_says(root: ET.Element) -> None:
-    """Source: 1756-RM084, structure of data types, Add-On Instructions and programs."""
+def test_the_file_has_the_structure_of_the_manual(root: ET.Element) -> None:
+    """The file has the structure that Rockwell's manual 1756-RM084 describes.
+
+    Source: 1756-RM084, structure of data types, Add-On Instructions and programs.
+    """
     assert faults(root) == []
 
 
 def test_an_instance_begins_with_the_values_of_its_instruction(root: ET.Element) -> None:
-    """Source: 1756-RM084, decorated data: a member for each parameter that stores a value."""
+    """The data of each instance have the default values of its instruction.
+
+    Source: 1756-RM084, decorated data: a member for each parameter that stores a value.
+    """
     first: dict[str | None, dict[str | None, str | None]] = {}
     for aoi in root.iter("AddOnInstructionDefinition"):
         values = {one.get("Name"): one.find("*/DataValue") for one in aoi.iter("Parameter")}
@@ -93,14 +99,19 @@ def test_an_instance_begins_with_the_values_of_its_instruction(root: ET.Element)
 
 
 def test_structured_text_has_no_ladder_instructions(root: ET.Element) -> None:
-    """Source: Studio 5000 help, File Fill; Runtime Controller Configuration and Status."""
+    """The export uses no instructions that exist only in ladder, such as FLL.
+
+    Source: Studio 5000 help, File Fill; Runtime Controller Configuration and Status.
+    """
     code = "\n".join(re.sub(r"\(\*.*?\*\)", "", line.text or "") for line in root.iter("Line"))
     assert "COP(" in code
     assert not re.search(r"\bFLL\(|\bS:FS\b", code)
 
 
-def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
-    """Tags keep their values without power. The Prescan routine clears all but inputs.
+def test_blocks_are_initialised_when_the_controller_starts(cell: Path) -> None:
+    """When the controller starts, the Prescan routine clears all tags of a block except inputs.
+
+    Without this routine, tags would keep their values without power.
 
     Source: 1756-PM010, Prescan routine.
     """
@@ -126,8 +137,11 @@ def test_blocks_begin_anew_when_the_controller_starts(cell: Path) -> None:
                     assert f"{pin} := " in cleared or pin.endswith(".EnableIn"), f"{name}.{pin}"
 
 
-def test_in_a_program_only_what_it_writes_begins_anew(cell: Path) -> None:
-    """Inputs of the program, such as the areas and the push buttons, keep their values."""
+def test_a_program_initialises_only_tags_that_it_writes(cell: Path) -> None:
+    """In the first scan, a program clears the tags that it writes, not its inputs.
+
+    Inputs are, for example, the input area and the push buttons.
+    """
     root = ET.fromstring(cell.read_text())
     routine = root.find(".//Program[@Name='PowerUp']/Routines/Routine[@Name='Main']")
     assert routine is not None
@@ -163,7 +177,10 @@ def test_pins_have_the_types_and_defaults_of_the_sources(cell: Path) -> None:
 
 
 def test_bools_of_structures_are_bits_of_hidden_bytes(cell: Path) -> None:
-    """Source: 1756-RM084, data types: a BOOL member is a BIT of a hidden SINT."""
+    """The nine BOOL members of RCX_SI are bits of two hidden SINT members.
+
+    Source: 1756-RM084, data types: a BOOL member is a BIT of a hidden SINT.
+    """
     root = ET.fromstring(cell.read_text())
     members = root.findall(".//DataType[@Name='RCX_SI']/Members/Member")
     hidden = [one.attrib["Name"] for one in members if one.attrib["Hidden"] == "true"]
@@ -173,12 +190,11 @@ def test_bools_of_structures_are_bits_of_hidden_bytes(cell: Path) -> None:
     assert places == [*((hidden[0], bit) for bit in range(8)), (hidden[1], 0)]
 
 
-def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> None:
-    """The Prescan routines and the first scan restore the state of a new controller.
+def test_after_a_restart_the_program_is_in_its_initial_state(cell: Path) -> None:
+    """After a restart in the middle of its work, the program is in the state of a new controller.
 
-    A controller prescans every instruction, including those after a FALSE condition. The imported
-    program prescans an instruction at its first call, so blocks that were not called yet are
-    prescanned later.
+    A controller prescans every instruction, including those after a FALSE condition. The built-in
+    engine prescans an instruction at its first call, so some blocks are prescanned later.
 
     Source: 1756-PM010, Prescan routine; chapter 5, 3.1: nothing starts by itself.
     """
@@ -218,7 +234,7 @@ def test_started_again_in_the_middle_of_its_work_all_begins_anew(cell: Path) -> 
 
 
 def _drive(program: Program) -> None:
-    """Set CPU_OK and MP RDY ON. The servos do not turn ON."""
+    """Simulate a robot with CPU_OK and MP RDY ON, whose servos never turn ON."""
     program.write("Main.Connected", True)
     program.write_bytes("Main.InputArea", bytes([0x12]), 32)
 
@@ -230,10 +246,10 @@ _TAGS = {"FirstScan": "RCX_FirstScan", "NoRobot": "RCX_REF", "Robot": "RCX_REF",
          "CellSafe": "BOOL"}  # fmt: skip
 
 
-def test_the_calls_in_the_docs_are_right(cell: Path, tmp_path: Path) -> None:
-    """In docs/how-to/export.md, arguments are in their order and pins have their names.
+def test_the_calls_in_the_docs_are_correct(cell: Path, tmp_path: Path) -> None:
+    """The calls in docs/how-to/export.md have the right arguments and pins.
 
-    GSV and CPS are not checked.
+    The calls of GSV and CPS are not checked.
     """
     page = (ROOT / "docs/how-to/export.md").read_text(encoding="utf-8")
     shown = page.partition("```\nRCX_FirstScan(")[2].partition("```")[0]

@@ -1,4 +1,4 @@
-"""`rcx export l5x` writes Structured Text for Logix, and refuses what Logix does not have."""
+"""`rcx export l5x` translates Structured Text for Logix, or rejects what Logix lacks."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def _exported(folder: Path, text: str) -> Output:
 
 
 def _lines(folder: Path, variables: str, statements: str, declared: str = "") -> list[str]:
-    """Return the exported statements of a block."""
+    """Export a block with these variables and statements, and return its exported statements."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statements}\nEND_FUNCTION_BLOCK"
     )
@@ -85,10 +85,13 @@ END_TYPE
         ("i : DINT; s : STRING;", "(* so *)\ni := LEN(IN := s);", ["(* so *)", "i := s.LEN;"]),
     ],
 )  # fmt: skip
-def test_a_statement_is_said_in_the_words_of_logix(
+def test_a_statement_is_written_with_instructions_of_logix(
     tmp_path: Path, variables: str, statement: str, wanted: list[str]
 ) -> None:
-    """Source: 1756-PM007, Structured Text; 1756-RM003, COP and TONR."""
+    """Each statement is exported with the instructions and syntax of Logix.
+
+    Source: 1756-PM007, Structured Text; 1756-RM003, COP and TONR.
+    """
     assert _lines(tmp_path, variables, statement, _DECLARATIONS) == wanted
 
 
@@ -107,13 +110,16 @@ END_FUNCTION
 
 
 def test_a_function_is_called_before_the_statement_that_uses_it(tmp_path: Path) -> None:
-    """Omitted arguments of the function have their defaults in each call."""
+    """In Logix, a function is called in a statement of its own.
+
+    Omitted arguments get their defaults.
+    """
     wanted = ["FC_Limited_1.Value := i;", "FC_Limited_1.Most := 9;", "FC_Limited(FC_Limited_1);"]
     wanted += ["Temp_D1 := FC_Limited_1.FcResult;", "i := Temp_D1 + 1;"]
     assert _lines(tmp_path, "i : DINT;", "i := FC_Limited(Value := i) + 1;", _DOUBLE) == wanted
 
 
-def test_a_condition_with_a_function_is_worked_out_in_each_round(tmp_path: Path) -> None:
+def test_a_condition_with_a_function_is_calculated_in_each_cycle_of_a_loop(tmp_path: Path) -> None:
     body = "WHILE FC_Limited(Value := i) < 5 DO\n  i := i + 1;\nEND_WHILE;"
     lines = _lines(tmp_path, "i : DINT;", body, _DOUBLE)
     calls = [place for place, line in enumerate(lines) if "FC_Limited(" in line]
@@ -125,7 +131,7 @@ def test_a_condition_with_a_function_is_worked_out_in_each_round(tmp_path: Path)
     ]
 
 
-def test_the_condition_of_repeat_is_worked_out_after_each_round(tmp_path: Path) -> None:
+def test_the_condition_of_repeat_is_calculated_after_each_cycle(tmp_path: Path) -> None:
     body = "REPEAT\n i := i + 1;\nUNTIL FC_Limited(Value := i) > 4\nEND_REPEAT;"
     lines = _lines(tmp_path, "i : DINT;", body, _DOUBLE)
     assert lines[:2] == ["REPEAT", "  i := i + 1;"]
@@ -133,7 +139,7 @@ def test_the_condition_of_repeat_is_worked_out_after_each_round(tmp_path: Path) 
     assert lines[-4:] == [*asked, "UNTIL Temp_D1 > 4", "END_REPEAT;"]
 
 
-def test_a_later_condition_is_worked_out_only_if_needed(tmp_path: Path) -> None:
+def test_a_later_condition_is_calculated_only_if_needed(tmp_path: Path) -> None:
     body = "IF i > 3 THEN\n i := 0;\nELSIF FC_Limited(Value := i) < 5 THEN\n i := 1;\n"
     lines = _lines(tmp_path, "i : DINT;", f"{body}ELSE\n i := 2;\nEND_IF;", _DOUBLE)
     assert lines[:3] == ["IF i > 3 THEN", "  i := 0;", "ELSE"]
@@ -237,13 +243,13 @@ def _values(program: Program, scans: int) -> list[dict[str, object]]:
 
 
 def _unsigned(key: str, value: object) -> object:
-    """Return a value as a DINT, which has the same bits as the DWORD."""
+    """Convert a DINT to the DWORD with the same bits."""
     return value & 0xFFFFFFFF if key == "bits" and isinstance(value, int) else value
 
 
 @pytest.fixture
 def probe(tmp_path: Path) -> tuple[Program, Program]:
-    """Return a program that is hard to export, and the same program read back from the file."""
+    """Return a program that is hard to export, and the same program read back from its L5X file."""
     source = tmp_path / "Probe.st"
     source.write_text(_PROBE)
     output = export("l5x", program=[source], only_needed=True)
@@ -255,7 +261,10 @@ def probe(tmp_path: Path) -> tuple[Program, Program]:
 
 
 def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Program]) -> None:
-    """Bit patterns, wrap-around, signs, rounding, characters and timers agree in 60 scans."""
+    """The original and the program read back have equal values in 60 scans.
+
+    The values show bit patterns, wrap-around, signs, rounding, characters and timers.
+    """
     original, back = probe
     wanted = _values(original, 60)
     assert _values(back, 60) == wanted
@@ -264,7 +273,7 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
 
 
 @pytest.mark.parametrize(
-    ("variables", "statement", "said"),
+    ("variables", "statement", "message"),
     [
         ("i : DINT;", "FOR i := 1 TO 3 DO\n i := i;\nEND_FOR;",
          "Mine.st:5: FUNCTION_BLOCK FB_Mine: a FOR loop"),
@@ -285,24 +294,24 @@ def test_words_texts_reals_and_timers_keep_their_values(probe: tuple[Program, Pr
     ],
 )  # fmt: skip
 def test_a_part_that_is_not_carried_is_named(
-    tmp_path: Path, variables: str, statement: str, said: str
+    tmp_path: Path, variables: str, statement: str, message: str
 ) -> None:
-    """The message also names the blocks that need the part."""
+    """A block that Logix cannot have is reported, and also the program that needs the block."""
     block = (
         f"FUNCTION_BLOCK FB_Mine\n  VAR\n{variables}\n  END_VAR\n{statement}\nEND_FUNCTION_BLOCK"
     )
     user = "PROGRAM Mine\n  VAR\n    It : FB_Mine;\n  END_VAR\n  It();\nEND_PROGRAM"
     output = _exported(tmp_path, f"{block}\n{user}\n")
     assert left_out(output)[0].startswith("FUNCTION_BLOCK FB_Mine: ")
-    assert said in str(output.missing[0])
+    assert message in str(output.missing[0])
     assert left_out(output)[1] == "PROGRAM Mine: needs FB_Mine, which cannot be exported"
     assert "FB_Mine" not in output.files[""]
 
 
-def test_an_instruction_that_is_not_on_the_list_is_never_written(
+def test_an_instruction_that_logix_lacks_is_never_written(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """If the translation writes an instruction that Logix lacks, the block is left out.
+    """If the translation contains an instruction that Logix lacks, the block is left out.
 
     Source: Studio 5000 help, FLL: for ladder only.
     """

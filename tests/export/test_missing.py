@@ -1,4 +1,4 @@
-"""`rcx export` reports each part of the user's program that a target cannot carry, and stops."""
+"""`rcx export` reports each part of a program that a tool cannot have, and writes nothing."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _PIN = "its initial value: set it where you call the block"
 _CONFIGURATION = "93: CONFIGURATION Config0: TASK Slow (line 95), PROGRAM Main (line 96)"
 _BLOCK = "FUNCTION_BLOCK FB_Mine"
 
-#: Constructs that each target cannot carry, with their lines, counted by hand.
+#: For each target, the lines of the constructs that it cannot have, counted by hand.
 _LOST = {
     "st": [],
     "plcopen": [],
@@ -87,7 +87,7 @@ END_CONFIGURATION
 
 @pytest.fixture
 def mine(tmp_path: Path) -> Path:
-    """Return the user's file."""
+    """Write a user's program with initial values, and return its file."""
     file = tmp_path / "Mine.st"
     file.write_text(WITH_INITIAL_VALUES + _CONFIGURED)
     return file
@@ -99,8 +99,8 @@ def _export(target: str, file: Path, *options: str) -> int:
 
 
 @pytest.mark.parametrize("target", TARGETS)
-def test_what_is_not_carried_is_reported(target: str, mine: Path, capsys: Captured) -> None:
-    """Each line has file, line, declaration and the lost part. The exit code is 1."""
+def test_each_lost_part_is_reported(target: str, mine: Path, capsys: Captured) -> None:
+    """Each lost part is reported with file, line and declaration, and the exit code is 1."""
     place = mine.parent / target
     assert _export(target, mine) == (1 if _LOST[target] else 0)
     said = capsys.readouterr()
@@ -120,7 +120,9 @@ def test_what_is_not_carried_is_reported(target: str, mine: Path, capsys: Captur
 
 
 @pytest.mark.parametrize("target", ["scl", "l5x", "omron", "mitsubishi", "keyence"])
-def test_a_program_left_out_has_its_users(target: str, tmp_path: Path, capsys: Captured) -> None:
+def test_the_users_of_a_part_that_is_left_out_are_reported(
+    target: str, tmp_path: Path, capsys: Captured
+) -> None:
     file = tmp_path / "Outside.st"
     file.write_text(_OUTSIDE)
     assert _export(target, file) == 1
@@ -141,7 +143,7 @@ def test_a_program_left_out_has_its_users(target: str, tmp_path: Path, capsys: C
 
 
 @pytest.mark.exhaustive
-def test_byte_arrays_of_the_library_stop_no_export(tmp_path: Path, capsys: Captured) -> None:
+def test_byte_arrays_of_the_library_do_not_stop_an_export(tmp_path: Path, capsys: Captured) -> None:
     out = tmp_path / "keyence"
     assert main(["export", "keyence", "-o", str(out)]) == 0
     assert "FUNCTION_BLOCK FB_ReadArea: has an array of BYTE" in capsys.readouterr().out
@@ -155,8 +157,8 @@ def test_byte_arrays_of_the_library_stop_no_export(tmp_path: Path, capsys: Captu
     assert f"{file}:1: PROGRAM Mine: " in capsys.readouterr().out
 
 
-def test_arrays_and_structures_begin_with_their_values_in_the_first_call(mine: Path) -> None:
-    """The target's tables have no initial values, so statements set them before all others."""
+def test_the_first_call_sets_the_values_of_arrays_and_structures(mine: Path) -> None:
+    """If the tool's tables have no initial values, the first statements of a block set them."""
     for target, colour in (("omron", "MINE_COLOUR#GREEN"), ("keyence", "1 (* GREEN *)")):
         body = export(target, program=[mine], only_needed=True).files["program/FB_Mine.st"]
         first = body.partition("IF NOT RcxStarted THEN")[2].partition("END_IF;")[0]
@@ -180,7 +182,7 @@ def test_arrays_and_structures_begin_with_their_values_in_the_first_call(mine: P
         )
 
 
-def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(mine: Path) -> None:
+def test_scl_has_initial_values_in_declarations_or_in_the_first_call(mine: Path) -> None:
     text = export("scl", program=[mine], only_needed=True).files[""]
     for line in (
         "      Tint : INT := 1;",
@@ -194,13 +196,16 @@ def test_scl_has_the_values_in_its_declarations_and_the_rest_in_the_first_call(m
         "  #Rows[4] := -3;",
     ):
         assert f"{line}\n" in text, line
-    assert "#All.Pair.Top" not in text, "the data type has the value"
+    assert "#All.Pair.Top" not in text, "the value belongs to the data type"
     assert "      x : DINT;\n" in text, "an input of a function has no initial value"
     assert 'FC_Mine"(x := 1, y := 127)' in text
 
 
-def test_retain_is_carried_where_there_is_a_word_for_it(mine: Path) -> None:
-    """Source: MELSEC iQ-R, label classes: VAR_RETAIN, VAR_OUTPUT_RETAIN; none for inputs."""
+def test_retain_is_exported_if_the_tool_has_it(mine: Path) -> None:
+    """RETAIN is exported to tools that have it, for example as a label class.
+
+    Source: MELSEC iQ-R, label classes: VAR_RETAIN, VAR_OUTPUT_RETAIN; none for inputs.
+    """
     omron = export("omron", program=[mine], only_needed=True).files
     assert "Count\tINT\t4\tTRUE\t\t\n" in omron["program/FB_Mine.internals.txt"]
     assert "Kept\tMINE_PAIR\t\tTRUE\t\t\n" in omron["program/FB_Mine.internals.txt"]
@@ -211,8 +216,11 @@ def test_retain_is_carried_where_there_is_a_word_for_it(mine: Path) -> None:
     assert '"Total","Double Word [Signed]","VAR_OUTPUT_RETAIN","100"' in labels
 
 
-def test_l5x_leaves_what_is_retained_as_it_was(tmp_path: Path) -> None:
-    """Source: 1756-PM010, Prescan routine: a tag that it does not write keeps its value."""
+def test_l5x_does_not_initialise_retained_variables(tmp_path: Path) -> None:
+    """The Prescan routine does not write retained variables, so they keep their values.
+
+    Source: 1756-PM010, Prescan routine.
+    """
     file = tmp_path / "Hours.st"
     file.write_text(
         "FUNCTION_BLOCK FB_Hours\n  VAR_OUTPUT RETAIN\n    Hours : DINT := 7;\n  END_VAR\n"
@@ -296,7 +304,7 @@ END_PROGRAM
 
 
 def test_l5x_sets_structures_and_arrays_when_the_controller_starts(tmp_path: Path) -> None:
-    """The program that is read back starts and continues with the same values.
+    """A program with initial values, read back from L5X, has the values of the original.
 
     Source: 1756-PM010, Prescan routine.
     """
@@ -331,7 +339,7 @@ def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize(
-    ("target", "statement", "said"),
+    ("target", "statement", "message"),
     [
         ("twincat", "x := x ** i;", "** is not on the list for TwinCAT 3; write EXPT("),
         ("scl", "i := TIME_TO_INT(t);", "TIME_TO_INT is not on the list for SCL"),
@@ -342,10 +350,10 @@ def test_twincat_lists_global_variables_and_drops_non_retain(tmp_path: Path) -> 
         ("keyence", "i := SEL(TRUE, i, 3);", "SEL is not on the list for KV STUDIO"),
     ],
 )
-def test_a_function_without_a_word_stops_the_export_with_its_line(
-    target: str, statement: str, said: str, tmp_path: Path, capsys: Captured
+def test_a_function_that_the_tool_lacks_is_reported_with_its_line(
+    target: str, statement: str, message: str, tmp_path: Path, capsys: Captured
 ) -> None:
-    """Line 6 of the file has the statement. Line 8 has the program that needs the block."""
+    """A function that the tool lacks is reported with its line, as is the program that needs it."""
     file = tmp_path / "Word.st"
     file.write_text(
         "FUNCTION_BLOCK FB_Word\n  VAR\n    i : INT; x : REAL; s : STRING; t : TIME;\n  END_VAR\n"
@@ -354,7 +362,7 @@ def test_a_function_without_a_word_stops_the_export_with_its_line(
     )
     assert _export(target, file) == 1
     first, second = (one for one in capsys.readouterr().out.splitlines() if "carried" in one)
-    assert first.startswith(f"not carried: {file}:6: FUNCTION_BLOCK FB_Word: {said}")
+    assert first.startswith(f"not carried: {file}:6: FUNCTION_BLOCK FB_Word: {message}")
     assert second == f"not carried: {file}:8: PROGRAM Mine: needs FB_Word, which cannot be exported"
     place = tmp_path / target
     assert not place.exists()
@@ -366,7 +374,7 @@ def test_a_function_without_a_word_stops_the_export_with_its_line(
 
 @pytest.fixture
 def given(tmp_path: Path) -> Path:
-    """Return a file with a structure that is passed to a function; its type has initial values."""
+    """Write a program that passes a structure with initial values to a function."""
     file = tmp_path / "Given.st"
     file.write_text(
         "TYPE\n  PAIR : STRUCT\n    Low, Top : INT := 3;\n  END_STRUCT;\nEND_TYPE\n"
@@ -390,7 +398,7 @@ def given(tmp_path: Path) -> Path:
         ("keyence", "    Part.Low := 8;\n", "Total := ((FC_Low(Part, 4)) * (Total));"),
     ],
 )
-def test_values_stand_before_a_body_that_is_in_the_words_of_the_tool(
+def test_initial_values_are_set_before_the_statements(
     target: str, started: str, called: str, given: Path
 ) -> None:
     output = export(target, program=[given], only_needed=True)
@@ -399,8 +407,11 @@ def test_values_stand_before_a_body_that_is_in_the_words_of_the_tool(
     assert 0 < text.find(started) < text.find(called)
 
 
-def test_l5x_takes_a_function_of_a_structure_that_begins_with_values(given: Path) -> None:
-    """Source: 1756-PM010: InOut parameters are given with each call."""
+def test_l5x_passes_a_structure_with_initial_values_to_a_function(given: Path) -> None:
+    """A structure with initial values is passed to a function as InOut parameter.
+
+    Source: 1756-PM010.
+    """
     output = export("l5x", program=[given], only_needed=True)
     assert output.missing == ()
     assert "<![CDATA[FC_Low(FC_Low_1, Part);]]>" in output.files[""]
@@ -408,7 +419,7 @@ def test_l5x_takes_a_function_of_a_structure_that_begins_with_values(given: Path
 
 
 def test_l5x_clears_a_structure_before_it_gets_its_values(tmp_path: Path) -> None:
-    """COP clears the structure in the Prescan routine.
+    """In the Prescan routine, COP clears a structure before its initial values are set.
 
     Source: Studio 5000 help, FLL: for ladder only.
     """
@@ -423,8 +434,11 @@ def test_l5x_clears_a_structure_before_it_gets_its_values(tmp_path: Path) -> Non
     assert not [line for line in lines if "FLL" in line or "S:FS" in line]
 
 
-def test_l5x_names_a_structure_in_which_a_structure_is_not_carried(tmp_path: Path) -> None:
-    """Source: 1756-PM010: a member's data type must be in the project."""
+def test_l5x_leaves_out_a_structure_with_a_member_that_is_left_out(tmp_path: Path) -> None:
+    """A structure is left out if the type of a member cannot be exported.
+
+    Source: 1756-PM010: a member's data type must be in the project.
+    """
     file = tmp_path / "Long.st"
     file.write_text(
         "TYPE\n  INNER : STRUCT\n    l : LREAL;\n  END_STRUCT;\n"

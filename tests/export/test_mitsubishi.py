@@ -1,4 +1,4 @@
-"""`rcx export mitsubishi`, converted back, gives the library; its tables have every variable."""
+"""The export for GX Works3 has all statements of the library, and tables with all variables."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ _TYPES = {
     *("Double Word [Unsigned]/Bit String [32-bit]", "FLOAT [Single Precision]"),
     *("FLOAT [Double Precision]", "Time", "String(80)"),
 }
-#: IEC 61131-3 types, and their names in the label editor.
+#: Maps IEC 61131-3 types to their names in the label editor.
 _CALLED = {"BOOL": "Bit", "INT": "Word [Signed]", "DINT": "Double Word [Signed]",
            "WORD": "Word [Unsigned]/Bit String [16-bit]",
            "UINT": "Word [Unsigned]/Bit String [16-bit]",
@@ -39,7 +39,7 @@ _WORDS = {"UINT": "WORD", "UDINT": "DWORD", "BYTE": "WORD"}
 _RENAMED = {"m": "m_X", "n": "n_X", "k": "k_X"} | {
     name: f"{name}_X" for name in ("Out", "Read", "Stop", "Sum")
 }
-#: Instances of R_TRIG in the library, with the exported name of their pin CLK.
+#: For each instance of R_TRIG in the library, the exported name of its pin CLK.
 _EDGES = {
     f"{name}Edge": "_CLK"
     for name in (
@@ -51,7 +51,7 @@ _TITLES = ["Label Name", "Data Type", "Class", "Initial Value", "Constant", "Com
 
 @pytest.fixture(scope="module")
 def files(whole: bool) -> Mapping[str, str]:
-    """Return the files of the folder."""
+    """Return the path and the text of each exported file."""
     return written("mitsubishi", whole=whole).files
 
 
@@ -66,14 +66,17 @@ def test_statements_come_back_from_mitsubishi(sources: Sources, files: Mapping[s
 
 
 @pytest.mark.parametrize("name", ["03_general_io", "06_teach_points"])
-def test_undone_the_statements_of_an_example_are_its_own(name: str) -> None:
+def test_statements_of_an_example_come_back_from_mitsubishi(name: str) -> None:
     sources = example_sources(name)
     files = TARGETS["mitsubishi"].write(sources).files
     assert differing(sources, files, _WORDS, _RENAMED, pins=_EDGES) == []
 
 
-def test_a_byte_is_a_word_whose_upper_half_is_kept_empty(files: Mapping[str, str]) -> None:
-    """Source: IEC 61131-3, 2.3.1: a BYTE has 8 bits; NOT and SHL lose what leaves them."""
+def test_a_byte_is_a_word_whose_upper_half_is_zero(files: Mapping[str, str]) -> None:
+    """A BYTE is exported as a WORD. After NOT and SHL its upper 8 bits are cleared.
+
+    Source: IEC 61131-3, 2.3.1: a BYTE has 8 bits.
+    """
     assert "SHL(WORD#16#01, Digit) AND WORD#16#00FF" in files["core/FC_RcxBitMask.st"]
     assert "Rest := (NOT Mask AND WORD#16#00FF);" in files["core/FC_RcxByteWithBit.st"]
     assert "(SHR(Value, 8) AND WORD#16#00FF);" in files["core/FC_RcxByteOfWord.st"]
@@ -82,8 +85,11 @@ def test_a_byte_is_a_word_whose_upper_half_is_kept_empty(files: Mapping[str, str
     assert "FC_RcxWord := SHL(HighByte, 8) OR LowByte;" in files["core/FC_RcxWord.st"]
 
 
-def test_variables_of_functions_begin_anew_at_each_call(files: Mapping[str, str]) -> None:
-    """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""
+def test_variables_of_functions_are_initialised_at_each_call(files: Mapping[str, str]) -> None:
+    """Statements initialise the variables of a function at each call.
+
+    Source: IEC 61131-3, 2.5.1.1.
+    """
     begin = files["core/FC_RcxCharCode.st"].partition(" *)\n")[2].splitlines()[:3]
     assert begin == ["  FC_RcxCharCode := WORD#16#0;", "  Place := 0;", "  Letter := '';"]
     block = files["area/FB_ReadAreaWords.st"].partition(" *)\n")[2]
@@ -104,7 +110,7 @@ def test_every_variable_is_in_its_table_with_class_type_default_and_comment(
             wanted = {"VAR CONSTANT": "VAR_CONSTANT", "FIELD": "", "VAR_TEMP": "VAR"}
             assert (place, said) == (wanted.get(section, section), note), (part.name, name)
             default = "" if one.initial is None else untyped(init_text(one.initial))
-            if not isinstance(one.initial, s.Name):  # a member of an enumeration
+            if not isinstance(one.initial, s.Name):  # not the default of an enumeration
                 assert initial + constant == default, (part.name, name)
             assert isinstance(one.spec, s.NamedSpec)
             if one.spec.name.text in _CALLED:
@@ -115,7 +121,10 @@ def test_every_variable_is_in_its_table_with_class_type_default_and_comment(
 
 
 def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, str]) -> None:
-    """Source: data type ID of the communication protocol manual; structures and blocks are here."""
+    """Each type in the tables is a type of GX Works3 or is exported.
+
+    Source: MELSEC Communication Protocol Reference Manual, data type ID.
+    """
     made = {Path(path).stem for path in files if path.endswith(".csv")} | {"TON", "R_TRIG"}
     for path, text in files.items():
         for name, row in _rows(text).items() if path.endswith(".csv") else ():
@@ -123,8 +132,13 @@ def test_types_are_those_of_the_tool_or_made_in_the_folder(files: Mapping[str, s
             assert kind in _TYPES | made, (path, name)
 
 
-def test_a_name_of_32_characters_at_most_and_none_of_a_device(files: Mapping[str, str]) -> None:
-    """Source: Mitsubishi, character strings that cannot be used in label names (appendix 2)."""
+def test_label_names_have_at_most_32_characters_and_are_no_devices(
+    files: Mapping[str, str],
+) -> None:
+    """Label names have at most 32 characters, and are not names of devices.
+
+    Source: Mitsubishi, character strings that cannot be used in label names (appendix 2).
+    """
     for path, text in files.items():
         for name in _rows(text) if path.endswith(".csv") else ():
             assert len(name) <= 32, path
@@ -140,7 +154,7 @@ def test_enumerations_are_numbers_with_their_names(files: Mapping[str, str]) -> 
 
 
 def test_a_part_that_is_not_carried_is_named(tmp_path: Path) -> None:
-    """The messages name a missing type, the blocks that need it, and located variables."""
+    """LINT, the blocks that need it, and located variables are reported as left out."""
     program = tmp_path / "Own.st"
     program.write_text(
         "FUNCTION_BLOCK FB_Count\n  VAR_OUTPUT\n    Total : LINT;\n  END_VAR\n"

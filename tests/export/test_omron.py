@@ -1,4 +1,4 @@
-"""`rcx export omron`: the library that is built again from its tables runs as before."""
+"""The library that is rebuilt from the files of `rcx export omron` behaves as the original."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ _TYPES = {
 }
 _ARRAY = re.compile(r"ARRAY\[(\d[\d., ]+)\] OF (.+)")
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "In/Out": "VAR_IN_OUT"}
-#: Names that are instructions in the tool.
+#: Names of the library that are instructions in Sysmac Studio, and their new names.
 _RENAMED = {name: f"{name}_X" for name in ("Clear", "Next", "Out", "Reset")}
 
 
 @pytest.fixture(scope="module")
 def files(whole: bool) -> Mapping[str, str]:
-    """Return the files of the folder."""
+    """Return the path and the text of each exported file."""
     return written("omron", whole=whole).files
 
 
@@ -40,7 +40,7 @@ def _lines(text: str) -> list[list[str]]:
 
 
 class _Again:
-    """Structured Text built from the folder, in which each array type gets a name."""
+    """Structured Text that is rebuilt from the exported files. Each array type gets a name."""
 
     def __init__(self, files: Mapping[str, str]) -> None:
         self._files = files
@@ -91,8 +91,8 @@ class _Again:
         return f"{name} : {self._spec(kind)}{value};\nEND_VAR"
 
 
-def test_the_example_runs_after_the_way_back(files: Mapping[str, str], tmp_path: Path) -> None:
-    """The tables and bodies contain all types, defaults and statements."""
+def test_an_example_runs_with_the_rebuilt_library(files: Mapping[str, str], tmp_path: Path) -> None:
+    """An example runs with the rebuilt library, and gives the recorded trace."""
     again = tmp_path / "again.st"
     again.write_text(_Again(files).text(), encoding="utf-8")
     assert [str(error) for error in check([again])] == []
@@ -101,8 +101,8 @@ def test_the_example_runs_after_the_way_back(files: Mapping[str, str], tmp_path:
     assert trace_of(example, program, tmp_path) == recorded(example)
 
 
-def test_put_together_again_all_begins_with_the_values_of_the_sources(tmp_path: Path) -> None:
-    """Structures, arrays and named types have initial values, in blocks, functions and VAR_TEMP."""
+def test_the_rebuilt_program_has_the_initial_values_of_the_sources(tmp_path: Path) -> None:
+    """Initial values of structures, arrays and named types are the same in the rebuilt program."""
     source, again = tmp_path / "Mine.st", tmp_path / "again.st"
     source.write_text(WITH_INITIAL_VALUES)
     again.write_text(_Again(export("omron", program=[source], only_needed=True).files).text())
@@ -146,7 +146,10 @@ def test_every_variable_is_in_its_table(sources: Sources, files: Mapping[str, st
 
 
 def test_types_are_known_to_the_tool_or_made(files: Mapping[str, str], whole: bool) -> None:
-    """Source: Omron W501, page 6-32, and W506, 8-7; structures and blocks are files here."""
+    """Each type in the tables is a type of Sysmac Studio or is exported.
+
+    Source: Omron W501, page 6-32, and W506, 8-7.
+    """
     made = {Path(path).stem.split(".")[0] for path in files} | {"TON", "R_TRIG", "STRING[81]"}
     cells = [
         line[2] if path.endswith(".inout.txt") else line[1]
@@ -160,8 +163,11 @@ def test_types_are_known_to_the_tool_or_made(files: Mapping[str, str], whole: bo
         assert (found[2] if found else kind) in _TYPES | made
 
 
-def test_text_functions_get_the_types_that_they_want(files: Mapping[str, str]) -> None:
-    """Source: Omron W501, 6-3-12: a name of an instruction is refused."""
+def test_text_functions_get_arguments_of_their_types(files: Mapping[str, str]) -> None:
+    """Arguments of text functions get their types, and names of instructions are changed.
+
+    Source: Omron W501, 6-3-12: a name of an instruction is refused.
+    """
     assert "Letter := MID(Text, 1, INT_TO_UINT(Position));" in files["core/FC_RcxCharCode.st"]
     assert "Place := UINT_TO_INT(FIND('PQR" in files["core/FC_RcxCharCode.st"]
     assert "Reset_X(Robot := Robot," in files["sequence/FB_PowerUp.st"]

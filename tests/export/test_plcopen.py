@@ -1,4 +1,4 @@
-"""`rcx export plcopen` writes valid TC6 XML 2.01, from which the same blocks are imported."""
+"""`rcx export plcopen` writes valid TC6 XML 2.01. `rcx import` reads the same blocks from it."""
 
 from __future__ import annotations
 
@@ -73,28 +73,31 @@ END_CONFIGURATION
 
 @pytest.fixture(scope="module")
 def document(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the sample as one project."""
+    """Return the XML file of the exported sample."""
     (file,) = write(written("plcopen", whole=whole), tmp_path_factory.mktemp("xml") / "rcx3.xml")
     return file
 
 
 @pytest.fixture(scope="module")
 def back(document: Path) -> list[Path]:
-    """Return the files that `rcx import` makes from it."""
+    """Return the files that `rcx import` writes from the exported XML file."""
     return imported(document, document.parent / "back")
 
 
-def test_read_back_it_declares_the_same_blocks_and_no_comment_is_lost(
+def test_the_import_has_the_same_blocks_and_comments(
     document: Path, back: list[Path], sources: Sources
 ) -> None:
-    """Source: PLCopen, TC6 XML Formats for IEC 61131-3, version 2.01."""
+    """The imported blocks have the same declarations and comments as the sources.
+
+    Source: PLCopen, TC6 XML Formats for IEC 61131-3, version 2.01.
+    """
     check_structure(ET.parse(document).getroot())
     original = list(dict.fromkeys(part.file for part in sources.parts))
     assert shapes(back) == by_position(shapes(original))
     assert set(comments(original)) <= set(comments(back))
 
 
-def test_a_users_program_comes_back_whole(
+def test_a_users_program_is_imported_completely(
     tmp_path: Path, schema: Callable[[Path], str] | None
 ) -> None:
     source, file = tmp_path / "Mine.st", tmp_path / "mine.xml"
@@ -110,7 +113,10 @@ def test_a_users_program_comes_back_whole(
 
 @pytest.fixture(scope="module")
 def schema() -> Callable[[Path], str] | None:
-    """Return the errors that the official schema finds in a file, or None without a copy of it."""
+    """Return a function that checks a file with the official schema.
+
+    Without a copy of the schema, return None.
+    """
     place = os.environ.get("RCX_TC6_XSD")
     if place is None:
         return None
@@ -125,10 +131,13 @@ def schema() -> Callable[[Path], str] | None:
     return errors
 
 
-def test_the_official_schema_accepts_it(
+def test_the_official_schema_accepts_the_export(
     document: Path, schema: Callable[[Path], str] | None, tmp_path: Path
 ) -> None:
-    """Source: PLCopen, TC6 XML Formats for IEC 61131-3, version 2.01."""
+    """The schema accepts the export, and rejects files with mistakes.
+
+    Source: PLCopen, TC6 XML Formats for IEC 61131-3, version 2.01.
+    """
     if schema is None:
         pytest.skip("set RCX_TC6_XSD to a copy of tc6_xml_v201.xsd")
     assert schema(document) == ""

@@ -1,4 +1,4 @@
-"""`rcx export TARGET --prefix` renames the library in the same way for every target."""
+"""`rcx export TARGET --prefix` adds the prefix to all names of the library, for every target."""
 
 from __future__ import annotations
 
@@ -77,7 +77,7 @@ END_PROGRAM
 
 @cache
 def _names() -> set[str]:
-    """Return types, blocks, functions and members of enumerations, as named in the sources."""
+    """Return the names of all types, blocks, functions and enumeration values of the library."""
     found = {file.stem for file in LIB}
     for file in LIB:
         code = re.sub(r"\(\*.*?\*\)", "", file.read_text(encoding="utf-8"), flags=re.DOTALL)
@@ -88,13 +88,16 @@ def _names() -> set[str]:
 
 @cache
 def _renamed(prefix: str) -> Sources:
-    """Return the first example and the parts that it needs, with this prefix."""
+    """Return the first example and its parts of the library with the prefix."""
     return sources_of(program=[EXAMPLES[0].folder], only_needed=True, prefix=prefix)
 
 
 def _new(word: str, prefix: str) -> str:
-    """Return a name of the library with its prefix; the rules are written here again by hand."""
-    if word.startswith("Zero_"):  # a tag that contains zeros, from which Logix copies
+    """Return the name with the prefix if it is a name of the library.
+
+    The test has its own implementation of the rules.
+    """
+    if word.startswith("Zero_"):  # in Logix, a tag of zeros, which COP copies
         return f"Zero_{_new(word[5:], prefix)}"
     if word not in _names() or word.startswith(prefix):
         return word
@@ -102,10 +105,10 @@ def _new(word: str, prefix: str) -> str:
 
 
 def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
-    """Return the words in all files and file names, without texts, paths, ids and dates.
+    """Count the words in all files and file names, without texts, paths, identifiers and dates.
 
-    An instance that a target creates has the name of its function and a number. In Logix, the
-    member with the bits of a structure has the beginning of the structure's name.
+    Two kinds of names are shortened. An instance that the export creates ends with a number. In
+    Logix, a hidden member of a structure contains a part of the structure's name.
     """
     every = [*files]
     for text in files.values():
@@ -120,8 +123,8 @@ def _words(files: dict[str, str], prefix: str = "") -> Counter[str]:
 @pytest.mark.exhaustive(but=[f"{target}-Yam_" for target in TARGETS])
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", TARGETS)
-def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str) -> None:
-    """The prefix is in the library, the program that uses it, file names, tables and steps."""
+def test_only_names_of_the_library_get_the_prefix(target: str, prefix: str) -> None:
+    """The prefix is added in the library, the user's program, file names, tables and steps."""
     plain = TARGETS[target].write(example_sources(EXAMPLES[0].name))
     renamed = TARGETS[target].write(_renamed(prefix))
     before, after = _words(dict(plain.files), prefix), _words(dict(renamed.files))
@@ -135,7 +138,7 @@ def test_every_library_name_and_no_other_has_the_prefix(target: str, prefix: str
 @pytest.mark.parametrize("prefix", ["RCX_", "Yam_"])
 @pytest.mark.parametrize("target", ["st", "plcopen", "l5x"])
 def test_a_renamed_example_has_the_same_trace(target: str, prefix: str, tmp_path: Path) -> None:
-    """The export is one file, PLCopen XML read back, or Logix instructions read back."""
+    """An example whose library has a prefix is exported, read back, and gives the same trace."""
     example = EXAMPLES[0]
     name = {"st": "one.st", "plcopen": "one.xml", "l5x": "one.L5X"}[target]
     files = write(TARGETS[target].write(_renamed(prefix)), tmp_path / name)
@@ -145,14 +148,14 @@ def test_a_renamed_example_has_the_same_trace(target: str, prefix: str, tmp_path
 
 
 @pytest.mark.exhaustive
-def test_the_whole_library_is_sound_under_other_names(tmp_path: Path) -> None:
+def test_the_whole_library_has_no_errors_with_a_prefix(tmp_path: Path) -> None:
     (file,) = write(export("st", prefix="Yam_"), tmp_path / "one.st")
     assert check([file]) == []
     assert len(shapes([file])) == len(LIB)
     assert all(name.startswith("Yam_") for name in shapes([file]))
 
 
-def test_matiec_compiles_it_under_other_names(tmp_path: Path) -> None:
+def test_matiec_compiles_the_library_with_a_prefix(tmp_path: Path) -> None:
     if find_matiec() is None or find_c_compiler() is None:
         pytest.skip("matiec not found: set RCX_MATIEC or PATH")
     program = [EXAMPLES[0].folder]
@@ -160,8 +163,8 @@ def test_matiec_compiles_it_under_other_names(tmp_path: Path) -> None:
     build([file], "matiec").program.close()
 
 
-def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None:
-    """The names include a block, a member, fields, pins and texts as in the library."""
+def test_names_that_the_user_declares_get_no_prefix(tmp_path: Path) -> None:
+    """Names that the user declares get no prefix, even if the library has the same names."""
     source = tmp_path / "Mine.st"
     source.write_text(_OWN)
     output = export("st", program=[source], only_needed=True, prefix="Yam_")
@@ -186,7 +189,7 @@ def test_names_that_the_user_declares_stay_and_are_meant(tmp_path: Path) -> None
 
 
 def test_a_literal_of_a_type_with_the_prefix_is_renamed_right(tmp_path: Path) -> None:
-    """RCX_UNIT does not change, but UNIT_MM does."""
+    """With the prefix RCX_, RCX_UNIT#UNIT_MM becomes RCX_UNIT#RCX_UNIT_MM."""
     source = tmp_path / "Mine.st"
     source.write_text(
         "PROGRAM Main\n  VAR\n    Unit : RCX_UNIT;\n  END_VAR\n"

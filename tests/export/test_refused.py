@@ -1,4 +1,4 @@
-"""`rcx check --for` lists what a tool will refuse in a program as it is written."""
+"""`rcx check --for TOOL` lists the constructs of a program that this tool will refuse."""
 
 from __future__ import annotations
 
@@ -21,8 +21,8 @@ _TOOLS = (
     *("codesys", "twincat", "siemens", "rockwell", "omron", "mitsubishi", "keyence", "matiec"),
 )
 
-#: Line 3 has a comment with //, line 4 a pointer, line 8 another comment, line 9 a conversion, line
-#: 10 a bit without `;`.
+#: A program with a // comment in lines 3 and 8, a pointer in line 4, a conversion in line 9, and a
+#: bit without `;` in line 10.
 _HABITS = """\
 PROGRAM P1
 VAR
@@ -45,7 +45,7 @@ def _check(tool: str, file: Path) -> int:
 
 
 def _found(out: str, file: Path) -> list[tuple[int, bool, str]]:
-    """Return line, certainty and text of each finding."""
+    """Read the printed findings: line, whether the refusal is certain, and text."""
     pattern = re.compile(rf"{re.escape(str(file))}:(\d+):\d+: (refused|may be refused): (.+)")
     return [(int(one[1]), one[2] == "refused", one[3]) for one in pattern.finditer(out)]
 
@@ -95,7 +95,7 @@ def test_every_tool_takes_a_portable_program(tmp_path: Path, capsys: Captured, t
 def test_a_part_that_is_not_carried_is_refused(
     repository: Path, tmp_path: Path, capsys: Captured
 ) -> None:
-    """GX Works3 has no BYTE; TwinCAT has no CONFIGURATION in text."""
+    """BYTE is refused by GX Works3, and a CONFIGURATION by TwinCAT."""
     program = repository / "plc/examples/01_power_up"
     assert _check("mitsubishi", program) == 1
     out = capsys.readouterr().out
@@ -127,10 +127,10 @@ def test_a_tool_takes_its_own_files(
     assert ": may be refused: " in capsys.readouterr().out
 
 
-def test_the_label_of_an_enumeration_stays_one(tmp_path: Path, capsys: Captured) -> None:
-    """CODESYS accepts a member with its type, or a constant, as a label.
+def test_labels_of_enumerations_are_accepted_by_codesys(tmp_path: Path, capsys: Captured) -> None:
+    """CODESYS accepts STATE.IDLE and constants as labels of CASE.
 
-    Other tools need the member alone, or a number.
+    Other tools accept only the enumeration value without its type, or a number.
 
     Source: CODESYS help, CASE (_cds_st_instruction_case.html); design, section 4
     """
@@ -166,7 +166,7 @@ def test_errors_of_the_sources_come_first(tmp_path: Path, capsys: Captured) -> N
         (["--for", "codesys", "--lint"], "--for and --lint exclude each other"),
     ],
 )
-def test_wrong_options_are_one_message(
+def test_wrong_options_are_reported_in_one_message(
     habits: Path, capsys: Captured, arguments: list[str], message: str
 ) -> None:
     assert main(["check", str(habits), *arguments]) == 2
@@ -174,7 +174,7 @@ def test_wrong_options_are_one_message(
 
 
 def test_the_table_names_known_constructs_tools_and_sources() -> None:
-    """Each entry has a source that is shown, and no entry is both accepted and refused."""
+    """Each construct in the table has a source, and none is both accepted and refused."""
     assert tuple(tools()) == _TOOLS
     content = load_toml(CONSTRUCTS_FILE)
     used = set()
@@ -193,7 +193,7 @@ def test_the_table_names_known_constructs_tools_and_sources() -> None:
 
 
 def test_a_construct_without_a_source_is_assumed() -> None:
-    """The construct is neither accepted nor refused (`None`), but reported as "may be refused"."""
+    """Without a source, the verdict is `None`, which is reported as "may be refused"."""
     at = Position(1, 1)
     keyence = tools()["keyence"]
     assert all(keyence.verdict(Use(name, Path("x.st"), at)) is None for name in CONSTRUCTS)
@@ -205,10 +205,10 @@ def test_a_construct_without_a_source_is_assumed() -> None:
 
 
 @pytest.mark.skipif(find_matiec() is None, reason="needs matiec (RCX_MATIEC or PATH)")
-def test_matiec_takes_and_refuses_what_the_table_says(tmp_path: Path) -> None:
-    """Each program has a single construct.
+def test_matiec_agrees_with_the_table(tmp_path: Path) -> None:
+    """The table agrees with matiec itself, which compiles one program for each construct.
 
-    The constructs of `test_constructs` are tried in that test.
+    Further constructs are tested in `test_constructs`.
     """
     said = {name: name in tools()["matiec"].takes for name in HABITS}
     assert {name: iec2c_takes(*HABITS[name], tmp_path) for name in HABITS} == said

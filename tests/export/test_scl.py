@@ -1,4 +1,4 @@
-"""`rcx export scl` writes the statements of the library, with names marked for SCL."""
+"""`rcx export scl` writes the library in SCL, with # before the names of variables."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ from structured_text.language.parser import parse
 
 @pytest.fixture(scope="module")
 def text(whole: bool) -> str:
-    """Return the source file."""
+    """Return the text of the exported SCL file."""
     return written("scl", whole=whole).files[""]
 
 
@@ -33,7 +33,7 @@ def _block(text: str, name: str) -> str:
 
 
 def _bodies(files: Iterable[Path]) -> dict[str, Any]:
-    """Return the statements of each POU, with arguments of calls by position."""
+    """Return the statements of each POU. Arguments of calls are in the order of the parameters."""
     pous = [node for file in files for node in parse(file).declarations if isinstance(node, s.Pou)]
     return {node.name.text: _unnamed(shape(node.body)) for node in pous}
 
@@ -47,7 +47,7 @@ def _unnamed(node: Any) -> Any:
 
 
 def _differing(sources: Sources, text: str, folder: Path) -> list[str]:
-    """Return the POUs whose statements differ from the sources after reading them back."""
+    """Import the exported text, and return the POUs whose statements differ from the sources."""
     file = folder / "cell.scl"
     file.write_text(text, encoding="utf-8")
     parts = sources.of("FUNCTION", "FUNCTION_BLOCK", "PROGRAM")
@@ -71,7 +71,7 @@ def test_statements_come_back_from_scl(sources: Sources, text: str, tmp_path: Pa
 
 
 def test_every_variable_of_the_statements_is_marked(sources: Sources, text: str) -> None:
-    """A name without a mark would be a tag of the PLC."""
+    """Each variable in a statement has a #, because a name without # would be a tag of the PLC."""
     for part in sources.of("FUNCTION", "FUNCTION_BLOCK"):
         node = part.node
         assert isinstance(node, s.Pou)
@@ -94,7 +94,10 @@ def test_pins_have_the_types_and_defaults_of_the_sources(text: str) -> None:
 
 
 def test_temporary_variables_begin_at_each_call_with_their_values(text: str) -> None:
-    """Source: IEC 61131-3, 2.5.1.1: variables of functions are initialised at each call."""
+    """Statements initialise the variables of a function at each call.
+
+    Source: IEC 61131-3, 2.5.1.1.
+    """
     block = _block(text, "FC_RcxByteWithBit")
     begin = block.partition("BEGIN\n")[2].splitlines()[:3]
     assert begin == ["  #FC_RcxByteWithBit := 0;", "  #Mask := 0;", "  #Rest := 0;"]

@@ -1,4 +1,4 @@
-"""`rcx export st` writes the library as one file, in an order that every compiler accepts."""
+"""`rcx export st` writes the library as one file. Names are declared before their use."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ Captured = pytest.CaptureFixture[str]
 
 @pytest.fixture(scope="module")
 def single(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the sample as one file."""
+    """Return the file of the exported sample."""
     (file,) = write(written("st", whole=whole), tmp_path_factory.mktemp("st") / "rcx3.st")
     return file
 
 
 @pytest.fixture(scope="module")
 def original(sources: Sources) -> list[Path]:
-    """Return the files that are exported."""
+    """Return the source files of the exported sample."""
     return list(dict.fromkeys(part.file for part in sources.parts))
 
 
@@ -44,7 +44,7 @@ def test_the_file_declares_the_whole_library(single: Path, original: list[Path])
     assert "SPDX-License-Identifier: MIT" in single.read_text()[:300]
 
 
-def test_every_declaration_stands_after_those_it_needs(sources: Sources) -> None:
+def test_names_are_declared_before_their_use(sources: Sources) -> None:
     names = {part.name for part in sources.parts}
     known: set[str] = set()
     for part in sources.parts:
@@ -54,7 +54,7 @@ def test_every_declaration_stands_after_those_it_needs(sources: Sources) -> None
         known.add(part.name)
 
 
-def test_matiec_compiles_the_one_file(tmp_path: Path) -> None:
+def test_matiec_compiles_the_exported_file(tmp_path: Path) -> None:
     if find_matiec() is None or find_c_compiler() is None:
         pytest.skip("matiec not found: set RCX_MATIEC or PATH")
     (file,) = write(export("st", program=[EXAMPLES[0].folder]), tmp_path / "one.st")
@@ -118,12 +118,12 @@ def test_a_folder_and_a_file_do_not_replace_each_other(tmp_path: Path) -> None:
     assert (tmp_path / "file").read_text() == "mine"
 
 
-def test_an_unknown_target_is_refused_with_those_there_are(capsys: Captured) -> None:
+def test_an_unknown_target_is_refused_with_the_known_targets(capsys: Captured) -> None:
     assert main(["export", "ladder"]) == 2
     assert "there is no target 'ladder'; use st, plcopen" in capsys.readouterr().err
 
 
-def test_needed_wants_a_program(capsys: Captured) -> None:
+def test_the_option_needed_requires_a_program(capsys: Captured) -> None:
     assert main(["export", "st", "--needed"]) == 2
     assert "name it with --program" in capsys.readouterr().err
 

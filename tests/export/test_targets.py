@@ -1,4 +1,4 @@
-"""In all targets, exported examples run and no part of the library is lost."""
+"""Exported examples run as the originals, and each target has the whole library."""
 
 from __future__ import annotations
 
@@ -15,18 +15,17 @@ from rcx_tools.docs.examples import Example, examples
 from structured_text.export import TARGETS
 from structured_text.export.output import write
 
-#: Targets that can be read back, with the name of the written file or folder.
+#: Targets whose exports can be read, with the name of the file or folder.
 _READ = {"st": "one.st", "plcopen": "one.xml", "twincat": "plc", "scl": "one.scl", "l5x": "one.L5X"}
-#: Examples of the quick tier: images of words, general-purpose I/O, and texts with arrays of
-#: structures.
+#: Examples of the quick run: power-up, general-purpose I/O, and texts with arrays of structures.
 _QUICK = ("01_power_up", "03_general_io", "06_teach_points")
-#: Examples that targets can export if they rewrite statements. 09 is missing because it has located
+#: Examples for targets that rewrite statements. Example 09 is missing because it has located
 #: variables.
 _ALL = [one for one in EXAMPLES if one.name[:2] != "09"]
 _CASES = [(target, one.name) for target in _READ for one in (_ALL if target == "l5x" else EXPORTED)]
 
 _LIB = ROOT / "plc/lib"
-#: In SCL, a program is a block that an OB calls.
+#: In SCL, a program is exported as a block, and an OB calls this block.
 _OB = """\
 DATA_BLOCK "Main"
 {{ S7_Optimized_Access := 'TRUE' }}
@@ -44,7 +43,7 @@ END_ORGANIZATION_BLOCK
 
 
 def _files(target: str, example: Example, folder: Path) -> list[Path]:
-    """Return the files that run the example: its export, and its task if that is not exported."""
+    """Export an example, and return the files to run it. A task that is not exported is added."""
     output = TARGETS[target].write(example_sources(example.name))
     write(replace(output, recorded=True), folder / _READ[target])
     files = [folder / _READ[target]]
@@ -63,8 +62,10 @@ def _files(target: str, example: Example, folder: Path) -> list[Path]:
 
 @pytest.mark.exhaustive(but=[f"{target}-{name}" for target in _READ for name in _QUICK])
 @pytest.mark.parametrize(("target", "name"), _CASES, ids=lambda one: one)
-def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path: Path) -> None:
-    """`rcx run` reads the export without the library, and sends the recorded bytes.
+def test_an_exported_example_gives_the_recorded_trace(
+    target: str, name: str, tmp_path: Path
+) -> None:
+    """The engine runs the exported example without the library, and the trace is the recorded one.
 
     Source: docs/how-to/export.md.
     """
@@ -76,7 +77,7 @@ def test_an_example_runs_from_what_a_tool_gets(target: str, name: str, tmp_path:
 @pytest.mark.exhaustive(but=["twincat", "l5x"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_an_export_is_the_same_every_time(target: str) -> None:
-    """Two exports are equal, including identifiers of TwinCAT and dates of L5X.
+    """Two exports are equal, including the identifiers of TwinCAT and the dates of L5X.
 
     Source: docs/how-to/export.md: a second export does not change a file.
     """
@@ -85,8 +86,11 @@ def test_an_export_is_the_same_every_time(target: str) -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("target", TARGETS)
-def test_the_library_is_carried_whole(target: str) -> None:
-    """If a target has no bytes, the blocks for words replace the others."""
+def test_the_library_is_exported_completely(target: str) -> None:
+    """Every part of the library is exported.
+
+    If a tool has no BYTE, blocks for words replace others.
+    """
     assert {one.name for one in library().parts} == {file.stem for file in _LIB.rglob("*.st")}
     output = TARGETS[target].write(library())
     assert all(one.replaced for one in output.missing), output.missing
@@ -107,9 +111,9 @@ _IN_WORDS = {one: f"{one}Words" for one in ("FB_ReadArea", "FB_WriteArea")}
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_a_part_that_is_not_carried_is_named(target: str) -> None:
-    """Only a task and blocks with an array of BYTE may be missing.
+    """Only the task and blocks with an array of BYTE are left out.
 
-    The user makes the task in the tool, and calls the blocks for words.
+    In the tool, the user makes the task and calls the blocks for words.
 
     Source: docs/how-to/export.md.
     """

@@ -1,4 +1,4 @@
-"""`rcx export twincat` writes a project with objects that a TwinCAT parser accepts."""
+"""`rcx export twincat` writes a project whose objects a parser for TwinCAT accepts."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ _MSBUILD = "{http://schemas.microsoft.com/developer/msbuild/2003}"
 
 @pytest.fixture(scope="module")
 def folder(whole: bool, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return the project of the sample."""
+    """Return the folder of the exported sample."""
     place = tmp_path_factory.mktemp("twincat")
     write(written("twincat", whole=whole), place)
     return place
@@ -37,7 +37,7 @@ def _errors(file: Path) -> list[str]:
 
 
 def test_blark_parses_the_objects(folder: Path) -> None:
-    """The parser blark knows Beckhoff's dialect and file formats."""
+    """The parser blark, which knows Beckhoff's dialect, accepts one object of each kind."""
     files = [file for file in _objects(folder) if file.stem in _QUICK_OBJECTS]
     assert len(files) == len(_QUICK_OBJECTS)
     for file in files:
@@ -46,13 +46,18 @@ def test_blark_parses_the_objects(folder: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_blark_parses_every_object(folder: Path) -> None:
-    """The parser blark knows Beckhoff's dialect and file formats."""
+    """The parser blark, which knows Beckhoff's dialect, accepts all exported objects."""
     for file in _objects(folder):
         assert _errors(file) == [], file.name
 
 
-def test_the_library_comes_back_from_it(folder: Path, sources: Sources, tmp_path: Path) -> None:
-    """Each object is in the file of its name. A CONFIGURATION is not exported."""
+def test_the_library_is_imported_from_the_project(
+    folder: Path, sources: Sources, tmp_path: Path
+) -> None:
+    """The imported project has the blocks of the sources, each in a file with its name.
+
+    A CONFIGURATION is not exported.
+    """
     for file in _objects(folder):
         (element,) = ET.parse(file).getroot()
         assert element.attrib["Name"] == file.stem

@@ -1,4 +1,4 @@
-"""Each target writes only names and forms that are in the list of its tool."""
+"""Each export uses only functions and blocks that are in the list of its tool."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ from structured_text.export.words import FOLDER, unwritten, words
 from structured_text.language import standard
 from structured_text.language.scalars import ELEMENTARY
 
-#: Names of the second edition. Later names are not in the portable subset and are refused.
+#: Functions and blocks of edition 2 of the standard. Those of later editions are rejected.
 FUNCTIONS, BLOCKS = (
     {key: one for key, one in every.items() if standard.reserved(key)}
     for every in (dict[str, Any](standard.FUNCTIONS), dict[str, Any](standard.BLOCKS))
 )
 
-#: The list of names for each target.
+#: Maps each target to the list of names of its tool.
 _LISTS = {
     **{one: one for one in ("twincat", "scl", "omron", "mitsubishi", "keyence")},
     "st": "iec",
@@ -77,7 +77,7 @@ def _exported(target: str, folder: Path, text: str) -> tuple[Mapping[str, str], 
 
 
 def _body(target: str, files: Mapping[str, str], name: str) -> str:
-    """Return the statements of a block as a target writes them, or an empty text if it does not."""
+    """Return the exported statements of a block, or "" if the block is not exported."""
     if target in ("st", "scl", "plcopen", "l5x"):
         text = files[""]
     else:
@@ -109,7 +109,7 @@ def _root(text: str) -> ET.Element:
 
 
 def _called(body: str) -> set[str]:
-    """Return the names before a parenthesis, except variables and words of statements."""
+    """Return the names of all called functions and blocks, without keywords and conversions."""
     plain = re.sub(r"'(?:\$.|[^$'])*'|\(\*.*?\*\)", " ", body, flags=re.DOTALL)
     names = re.findall(r'(?<![\w.#"])([A-Za-z_]\w*)\s*\(', plain)
     conversions = tuple(f"{one}_TO_" for one in ELEMENTARY)
@@ -121,7 +121,7 @@ _KEYWORDS = ("IF", "ELSIF", "WHILE", "UNTIL", "CASE", "NOT", "AND", "OR", "XOR",
 
 @cache
 def _listed(target: str) -> set[str]:
-    """Return the names that are allowed before a parenthesis."""
+    """Return the names of the functions and instructions in the list of the target's tool."""
     found = words(_LISTS[target])
     forms = (*found.functions.values(), *found.instructions.values())
     return {one.name for one in forms if not one.is_operator}
@@ -129,7 +129,7 @@ def _listed(target: str) -> set[str]:
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_each_standard_name_is_listed_or_refused(target: str, tmp_path: Path) -> None:
-    """The refusal has file, line, name and remedy."""
+    """Each standard function or block is in the tool's list, or is rejected with its line."""
     texts = {
         **{key: _function(key) for key in FUNCTIONS},
         **{key: _instance(key) for key in BLOCKS},
@@ -154,7 +154,10 @@ def test_each_standard_name_is_listed_or_refused(target: str, tmp_path: Path) ->
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_later_functions_and_blocks_are_refused_by_name(target: str, tmp_path: Path) -> None:
-    """The message has file and line of a later function and a later block. Nothing is written."""
+    """Functions and blocks of later editions are rejected with file and line.
+
+    Nothing is written.
+    """
     texts = (
         ("ATAN2", 5, _block("A", "", "x := ATAN2(x, x);")),
         ("TON_TIME", 3, _block("B", "One : TON_TIME;", "One(IN := b);")),
@@ -166,7 +169,7 @@ def test_later_functions_and_blocks_are_refused_by_name(target: str, tmp_path: P
 
 @pytest.mark.parametrize("name", sorted(file.stem for file in FOLDER.glob("*.toml")))
 def test_every_entry_of_a_list_has_a_source(name: str) -> None:
-    """Each form is a name with parameters, or an operator."""
+    """Each entry of a list has a source, and is a name with parameters or an operator."""
     found = words(name)
     sources = entry_sources(name)
     assert len(sources) >= len(found.functions) + len(found.blocks) + 3
@@ -178,29 +181,32 @@ def test_every_entry_of_a_list_has_a_source(name: str) -> None:
         assert len(form.parameters) == len(BLOCKS[key].variables), key
 
 
-def test_the_standard_has_all_that_the_compiler_takes() -> None:
-    """Source: IEC 61131-3, edition 2, tables 22 to 37."""
+def test_the_standard_list_has_all_functions_of_the_compiler() -> None:
+    """The list for the standard has all functions of the compiler.
+
+    Source: IEC 61131-3, edition 2, tables 22 to 37.
+    """
     assert set(words("iec").functions) == set(FUNCTIONS)
     assert set(words("iec").blocks) == set(BLOCKS)
 
 
 @pytest.mark.parametrize("name", [file.stem for file in sorted(FOLDER.glob("*.toml"))])
-def test_all_of_the_library_is_on_each_list(name: str, sources: Sources) -> None:
+def test_the_library_uses_only_names_on_each_list(name: str, sources: Sources) -> None:
     assert unwritten(sources.parts, words(name)) == {}
 
 
 @pytest.mark.exhaustive(but=["03_general_io", "06_teach_points"])
 @pytest.mark.parametrize("name", [example.name for example in EXAMPLES])
-def test_each_example_is_on_each_list(name: str) -> None:
+def test_each_example_uses_only_names_on_each_list(name: str) -> None:
     parts = example_sources(name).parts
-    located = name.startswith("09")  # 09 has located variables, Logix does not
+    located = name.startswith("09")  # Logix has no located variables, which example 09 needs
     for listed in set(_LISTS.values()) - ({"logix"} if located else set()):
         assert unwritten(parts, words(listed)) == {}, listed
 
 
 @pytest.mark.parametrize("target", TARGETS)
 def test_calls_of_the_library_are_on_the_list(target: str) -> None:
-    """The calls are read from the export, not from the sources."""
+    """All calls in the exported library are in the tool's list."""
     sources, files = sample(), written(target).files
     own = {part.name for part in sources.parts} | {"RCX_TON", "RCX_R_TRIG", "RCX_FirstScan"}
     parts = sources.of("FUNCTION", "FUNCTION_BLOCK")
@@ -254,9 +260,10 @@ def test_calls_of_the_library_are_on_the_list(target: str) -> None:
 def test_a_standard_function_is_written_in_the_form_of_the_list(
     target: str, statement: str, wanted: str, tmp_path: Path
 ) -> None:
-    """The expected forms were copied by hand from the vendors' lists.
+    """A standard function is exported in the form of the tool.
 
-    The sources are in `export/words`.
+    The expected forms were copied by hand from the vendors' lists. The sources are in
+    `export/words`.
     """
     files, left_out = _exported(target, tmp_path, _block("MINE", "", statement))
     assert left_out == ()
@@ -284,7 +291,10 @@ def test_a_standard_function_is_written_in_the_form_of_the_list(
 def test_a_standard_block_has_the_pins_of_the_list(
     target: str, kind: str, statement: str, wanted: str, tmp_path: Path
 ) -> None:
-    """Source: Tc2_Standard, W502 and the SCL help, as `export/words` names them."""
+    """A standard block is exported with the pin names of the tool.
+
+    Source: Tc2_Standard, W502 and the SCL help, as in `export/words`.
+    """
     files, left_out = _exported(target, tmp_path, _block("MINE", f"One : {kind};", statement))
     assert left_out == ()
     assert wanted in _body(target, files, "FB_MINE")
@@ -299,13 +309,13 @@ def test_a_standard_block_has_the_pins_of_the_list(
     ],
 )
 def test_scl_has_the_types_of_instances(kind: str, declared: str, tmp_path: Path) -> None:
-    """The types of counters and timers contain the type of their value."""
+    """In SCL, the type of a counter or timer contains the type of its value."""
     files, _ = _exported("scl", tmp_path, _instance(kind))
     assert f"      One : {declared};" in files[""]
 
 
 def test_the_flip_flops_written_for_scl_are_those_of_the_standard(tmp_path: Path) -> None:
-    """The inputs are applied in each order.
+    """The exported SR and RS behave as the standard blocks for all orders of inputs.
 
     Source: IEC 61131-3, edition 2, tables 34.1 and 34.2.
     """
@@ -338,8 +348,8 @@ def _scanned(program: Program, scan: int, b: bool, c: bool) -> tuple[object, obj
     return found[0], found[2]
 
 
-def test_functions_of_the_users_get_their_arguments_by_name_in_scl(tmp_path: Path) -> None:
-    """SCL passes the arguments by name if there is more than one parameter."""
+def test_in_scl_calls_of_user_functions_name_their_arguments(tmp_path: Path) -> None:
+    """In SCL, a call of a user's function with more than one parameter names its arguments."""
     own = (
         "FUNCTION FC_Of : INT\n  VAR_INPUT\n    First, Second : INT;\n  END_VAR\n"
         "  FC_Of := First - Second;\nEND_FUNCTION\n"

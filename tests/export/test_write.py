@@ -25,7 +25,7 @@ _RECORD = "rcx-export.json"
 
 @pytest.fixture
 def plc(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the current folder, with a program that needs a function of the library."""
+    """Write a program that needs a function of the library, and return its folder."""
     folder = tmp_path / "plc"
     folder.mkdir()
     (folder / "Mine.st").write_text(_program("FC_RcxWord(LowByte := BYTE#16#01, HighByte := b)"))
@@ -54,8 +54,8 @@ def _texts(folder: Path) -> dict[str, bytes]:
 def _full() -> Iterator[None]:
     """Limit each file to 600 bytes, which simulates a full disk.
 
-    Python would not notice that files with compiled code are cut off, so it does not write such
-    files. The limit ends within the test, because pytest writes its own output after the test.
+    Python must not write compiled code meanwhile, because it would not notice that such a file is
+    cut off. The limit ends within the test, because pytest writes its own output afterwards.
     """
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     with pytest.MonkeyPatch.context() as python:
@@ -97,12 +97,12 @@ def test_a_full_disk_changes_no_folder(plc: Path, capsys: Captured) -> None:
     assert not (plc / "out/new").exists()
 
 
-def test_without_its_record_no_file_of_a_folder_is_written(
+def test_if_the_record_cannot_be_written_no_file_is_written(
     plc: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """Without the record, a later export would treat the files as files of the user.
+    """If the disk is full when the record of an export is written, no file is written.
 
-    The disk is full when the record is written.
+    Without the record, a later export would treat the files as files of the user.
     """
 
     class Full(FileIO):
@@ -123,7 +123,7 @@ def test_without_its_record_no_file_of_a_folder_is_written(
 
 
 @pytest.mark.parametrize("arguments", [["export", "st"], ["export", "plcopen"], ["eds"]])
-def test_a_file_of_the_users_is_not_written_over_and_an_earlier_export_is(
+def test_only_an_earlier_export_is_overwritten(
     plc: Path, arguments: list[str], capsys: Captured
 ) -> None:
     program = ["--needed", "--program", "Mine.st", "-o", "robot.toml"]
@@ -139,7 +139,7 @@ def test_a_file_of_the_users_is_not_written_over_and_an_earlier_export_is(
     assert main(words) == 0
 
 
-def test_a_link_stays_a_link_and_the_rights_stay(plc: Path) -> None:
+def test_a_link_and_the_permissions_of_its_file_stay(plc: Path) -> None:
     assert _export("st", "real") == 0
     (plc / "real").write_text((plc / "real").read_text()[:1_000])
     (plc / "real").chmod(0o640)
@@ -189,8 +189,11 @@ def test_an_earlier_export_is_replaced_on_request(plc: Path, capsys: Captured) -
     assert _texts(plc / "out") == before
 
 
-def test_unneeded_objects_of_an_earlier_export_go(plc: Path, capsys: Captured) -> None:
-    """Files that the user has changed or added stay."""
+def test_unneeded_objects_of_an_earlier_export_are_removed(plc: Path, capsys: Captured) -> None:
+    """A new export removes old objects that are not needed any more.
+
+    It does not remove files that the user has changed or added.
+    """
     lib = plc.parent / "lib"
     for name in ("core/FC_RcxWord", "core/FC_RcxBitMask", "core/FC_RcxOutside", "points/FC_One"):
         (lib / name).parent.mkdir(parents=True, exist_ok=True)
@@ -216,7 +219,7 @@ def test_unneeded_objects_of_an_earlier_export_go(plc: Path, capsys: Captured) -
         "kept: out/RCX3/core/FC_RcxOutside.TcPOU (from the earlier export, changed since then)"
         in said
     )
-    assert not (plc / "out/RCX3/points").exists(), "no empty folders"
+    assert not (plc / "out/RCX3/points").exists(), "empty folders must be removed"
 
 
 def test_a_changed_file_of_an_export_is_kept(plc: Path, capsys: Captured) -> None:
@@ -233,7 +236,9 @@ def test_a_changed_file_of_an_export_is_kept(plc: Path, capsys: Captured) -> Non
 @pytest.mark.parametrize(
     "text", ["", "[]", "{}", '{"files": {"../Mine.st": "0"}}', "\x00", "9" * 9]
 )
-def test_a_record_that_is_none_is_the_users(plc: Path, text: str, capsys: Captured) -> None:
+def test_an_invalid_record_is_treated_as_a_file_of_the_user(
+    plc: Path, text: str, capsys: Captured
+) -> None:
     (plc / "out").mkdir()
     (plc / "out" / _RECORD).write_text(text)
     assert _export("omron", "out", "--force") == 2
@@ -241,7 +246,7 @@ def test_a_record_that_is_none_is_the_users(plc: Path, text: str, capsys: Captur
     assert _texts(plc / "out") == {_RECORD: text.encode()}
 
 
-def test_a_record_names_nothing_outside_of_its_folder(plc: Path) -> None:
+def test_files_outside_of_the_folder_are_not_removed(plc: Path) -> None:
     assert _export("omron", "out") == 0
     record = plc / "out" / _RECORD
     text = record.read_text()
@@ -256,7 +261,7 @@ def test_a_record_names_nothing_outside_of_its_folder(plc: Path) -> None:
     ("target", "out"), [("st", "cell.st"), ("st", "a.st"), ("omron", "out"), ("keyence", "plc")]
 )
 def test_an_export_does_not_read_an_earlier_one(plc: Path, target: str, out: str) -> None:
-    """`--program .` means the user's files, however often they are exported."""
+    """`--program .` reads only the user's files, even if the folder contains an earlier export."""
     assert _export(target, out) == 0
     first = _texts(plc)
     assert _export(target, out, "--force") == 0
@@ -265,15 +270,15 @@ def test_an_export_does_not_read_an_earlier_one(plc: Path, target: str, out: str
     assert st_files(plc) == [plc / "Mine.st"]
 
 
-def test_other_commands_do_not_read_an_export_either(plc: Path, capsys: Captured) -> None:
-    """If the export were read, each name in the folder would be declared twice."""
+def test_other_commands_do_not_read_an_export(plc: Path, capsys: Captured) -> None:
+    """`rcx check .` ignores exported files; otherwise each name would be declared twice."""
     assert _export("st", "cell.st") == 0
     assert _export("keyence", "out", "--allow-missing") == 0
     assert main(["check", "."]) == 0
     assert capsys.readouterr().out.splitlines()[-1].startswith("1 file checked")
 
 
-def test_a_folder_of_nothing_else_says_how_to_take_it(plc: Path, capsys: Captured) -> None:
+def test_a_folder_with_only_an_export_is_reported(plc: Path, capsys: Captured) -> None:
     assert _export("st", "out/cell.st") == 0
     capsys.readouterr()
     assert main(["run", "out", "--for", "20ms"]) == 2

@@ -1,4 +1,4 @@
-"""No edge-triggered block hangs or restarts by itself, and each recovers from every fault."""
+"""Edge-triggered blocks never hang or restart by themselves, and recover from every fault."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ _MOST_SHOWN = 3
 
 
 def test_every_edge_triggered_block_has_a_scenario() -> None:
-    """Two generated blocks represent all, as these are similar.
+    """Every edge-triggered block has a scenario.
+
+    Two generated blocks represent all generated blocks.
 
     Source: tests/tools/library/test_generated.py.
     """
@@ -41,10 +43,10 @@ _BLOCKS = sorted(set(library().edge) & set(SCENARIOS))
     ]
 )
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_block_comes_back_from_each_fault_once(block: str) -> None:
-    """Each fault comes in the middle of the work.
+def test_a_block_recovers_from_each_fault(block: str) -> None:
+    """The block recovers from each fault in the middle of its work.
 
-    Each answer is missing, late or withdrawn once.
+    Each answer of the controller is missing, late or withdrawn once.
 
     Source: manual chapter 1, 5; chapter 5, 2 and 3.
     """
@@ -54,13 +56,16 @@ def test_a_block_comes_back_from_each_fault_once(block: str) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("fault", FAULTS)
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_block_ends_lets_go_and_works_again(
+def test_a_block_ends_withdraws_its_requests_and_works_again(
     block: str,
     fault: str,
     record_property: Callable[[str, object], None],
     pytestconfig: pytest.Config,
 ) -> None:
-    """Source: manual chapter 1, 5; chapter 5, 2 and 3."""
+    """The block recovers from a fault at any scan.
+
+    Source: manual chapter 1, 5; chapter 5, 2 and 3.
+    """
     cases = rig(block).cases(FAULTS[fault], every=pytestconfig.getoption("every_case"))
     record_property("instances", len(cases))
     _run(block, cases)

@@ -1,4 +1,4 @@
-"""The fault runs detect faults: each broken copy of the library must lead to a report."""
+"""The fault runs report each defect that was put into a copy of the library."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def _first_failure(lib: Path, block: str, fault: str) -> str:
             "  IF Robot.SO.SO03_Alarm AND NOT Robot.SO.SO00_EmergencyStop THEN\n"
             f"    {_REQUEST} := {_REQUEST} OR WORD#16#0002;\n  END_IF;\n" + _IDLE,
             "emergency stop",
-            "something starts by itself: a request or a command goes out unasked",
+            "a request or a command starts by itself",
         ),
     ],
 )

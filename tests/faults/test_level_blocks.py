@@ -1,4 +1,4 @@
-"""Level blocks under faults show one of Valid, Busy and Error with Enable, and none without it."""
+"""With Enable, level blocks show exactly one of Valid, Busy and Error, also during faults."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from fault_cell import TIMEOUT_SCANS, CaseFailure, FaultCell, library
 from fault_run import FAULTS, Fault
 from fault_scenarios import LEVELS
 
-#: Number of scans from Enable to a fault, and from Enable to its end.
+#: Numbers of scans from Enable to the start of a fault.
 _MOMENTS = (*range(7), 14)
 _STEADY = 150
 _ENABLES: dict[str, Callable[[int, int], bool]] = {
@@ -24,7 +24,7 @@ _ENABLES: dict[str, Callable[[int, int], bool]] = {
 
 
 class _Level:
-    """A prepared level block in its cell."""
+    """A cell with a level block whose preparations are complete."""
 
     def __init__(self, block: str) -> None:
         self.block, self.scenario = block, LEVELS[block]
@@ -32,7 +32,7 @@ class _Level:
             block, self.scenario.inputs, self.scenario.helpers, self.scenario.robot
         )
         self.scenario.prepare(self.cell)
-        for _ in range(13):  # until the interval since the last change has passed
+        for _ in range(13):  # wait for the 100 ms interval after the last change
             self.cell.scan()
         self.start = self.cell.cell.snapshot()
 
@@ -73,7 +73,7 @@ class _Level:
         if pins.done and not all(
             self.cell.on(name) is on for name, on in self.scenario.means.items()
         ):
-            self.cell.fail("Valid, but the controller does not say so")
+            self.cell.fail("Valid, but the controller's outputs do not confirm it")
 
 
 @cache
@@ -89,8 +89,8 @@ _BLOCKS = sorted(set(library().level) & set(LEVELS))
 
 
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_level_block_comes_back_from_each_fault_once(block: str) -> None:
-    """Each fault comes in scan 3.
+def test_a_level_block_recovers_from_each_fault(block: str) -> None:
+    """The block recovers from each fault, which begins in scan 3.
 
     The patterns of Enable and the answers of the controller alternate from fault to fault.
 
@@ -104,10 +104,13 @@ def test_a_level_block_comes_back_from_each_fault_once(block: str) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("enable", _ENABLES)
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_level_block_is_valid_busy_or_in_error_and_comes_back(
+def test_a_level_block_is_valid_busy_or_in_error_and_recovers(
     block: str, enable: str, record_property: Callable[[str, object], None]
 ) -> None:
-    """Source: manual chapter 1, 5; chapter 5, 2."""
+    """With Enable the block is always Valid, Busy or in Error.
+
+    Source: manual chapter 1, 5; chapter 5, 2.
+    """
     cases = [
         (enable, fault, at, missing)
         for fault in FAULTS.values()

@@ -40,9 +40,9 @@ def running() -> Iterator[Adapter]:
 
 @pytest.fixture
 def adapter(running: Adapter) -> Adapter:
-    """Return the adapter without a connection, and with assembly 150 all 0."""
+    """Return the adapter of the test, with no connection and all bytes of assembly 150 set to 0."""
     waiting = threading.Event()
-    while running.shared.status().connections:  # the previous connection is still closing
+    while running.shared.status().connections:  # wait: the previous connection is still closing
         waiting.wait(0.001)
     running.shared.to_robot.write(bytes(48))
     return running
@@ -85,7 +85,7 @@ def test_identity_comes_first_then_both_areas_and_the_telegram(
 
 
 def test_without_write_nothing_is_written(scan: Run, adapter: Adapter) -> None:
-    """An Input Only connection sends no data, so that a master keeps its robot."""
+    """Without --write nothing is written: an Input Only connection leaves the owner in control."""
     before = bytes(range(48))
     adapter.shared.to_robot.write(before)
     version, generation = adapter.shared.to_robot.version, adapter.shared.status().generation
@@ -115,8 +115,8 @@ def test_a_master_is_not_disturbed(scan: Run, adapter: Adapter, capsys: Captured
         assert adapter.read_to_robot() == output_image(["SI00=1"], 48)
 
 
-def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captured) -> None:
-    """All other data are 0."""
+def test_with_write_rcx_scan_is_the_master(scan: Run, adapter: Adapter, capsys: Captured) -> None:
+    """With --write, `rcx scan` is the owner of the connection. Data that are not named are 0."""
     assert scan("--write", "SI00=1", "--write", "SIW(2)=5", duration="200ms") == 0
     out = capsys.readouterr().out
     assert "exclusive owner connection" in out
@@ -136,7 +136,10 @@ def test_with_write_it_is_the_master(scan: Run, adapter: Adapter, capsys: Captur
         (["--size", "256"], "0x0128, the size from the device does not fit the assembly"),
         (["--size", "256"], "; its areas have another size: try --size 48"),
         (["--rpi", "1ms"], "0x0112, the packet interval is not acceptable"),
-        (["--rpi", "1ms"], "; the shortest that it takes is 2 ms; try --rpi 2ms\n"),
+        (
+            ["--rpi", "1ms"],
+            "; the shortest interval that the device accepts is 2 ms; try --rpi 2ms\n",
+        ),
         (["--heartbeat", "77"], "0x012A, there is no such consuming connection point"),
         (
             ["--heartbeat", "77"],
@@ -174,22 +177,24 @@ _EDS = "its EDS file has the sizes; give them with --input-size and --output-siz
         ((0x112, 0x0000, 10_000, 0, 10_000, 0), 48, "try --rpi 10ms"),
         # 3.2 s is 0x0030D400
         ((0x112, 0x0303, 0xD400, 0x0030, 0xD400, 0x0030), 48,
-         "the longest that it takes is 3200 ms; try --rpi 3200ms"),
+         "the longest interval that the device accepts is 3200 ms; try --rpi 3200ms"),
         ((0x112, 0x0400, 5_000, 0, 20_000, 0), 48,
-         "the one that it takes is 20 ms; try --rpi 20ms"),
+         "the only interval that the device accepts is 20 ms; try --rpi 20ms"),
         *(((code,), size, hint)
           for code in (0x109, 0x127, 0x128)
           for size, hint in ((48, f"{_OTHER_SIZE}256"), (256, f"{_OTHER_SIZE}48"), (64, _EDS))),
     ],
 )  # fmt: skip
-def test_a_refused_interval_or_size_comes_with_one_to_try(
+def test_a_refused_interval_or_size_is_reported_with_a_suggestion(
     running: Adapter,
     monkeypatch: pytest.MonkeyPatch,
     extended: tuple[int, ...],
     size: int,
     hint: str,
 ) -> None:
-    """The status has a byte of meaning for each direction, then the two intervals in words.
+    """If an interval or a size is refused, the message suggests an acceptable value.
+
+    The extended status has one byte for each direction, then the two intervals in words.
 
     Source: CIP volume 1, chapter 3, 5.6, extended status 0x112; the words are admission.py's;
     0x109, 0x127 and 0x128: a size
@@ -306,7 +311,7 @@ def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
 
 
 def test_an_adapter_of_another_size_is_shown_as_bytes(other: Adapter, capsys: Captured) -> None:
-    """An area of more than 511 bytes needs a Large Forward Open."""
+    """Areas of another size are shown as bytes. More than 511 bytes need a Large Forward Open."""
     host, port = other.address
     options = ["--port", str(port), "--input-size", "600", "--for", "0s"]
     assert main(["scan", host, *options]) == 0
@@ -348,10 +353,13 @@ def test_changes_of_other_sizes_are_shown_by_their_bytes(other: Adapter) -> None
     assert any(line.endswith(" s  byte 599 = 0xFE") for line in told)
 
 
-def test_the_assemblies_bear_their_numbers_and_one_that_cannot_be_read_says_so(
+def test_an_assembly_that_cannot_be_read_is_reported_with_its_number(
     running: Adapter, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The options name 101 and 151, but the adapter of the test has 100 and 150."""
+    """An assembly that cannot be read is reported with its number.
+
+    The options name 101 and 151, but the adapter of the test has 100 and 150.
+    """
     forward_open = OpenRequest.forward_open
     monkeypatch.setattr(
         *(OpenRequest, "forward_open"),
@@ -430,7 +438,7 @@ def test_a_wrong_value_to_write_is_bad_input(entry: str, message: str) -> None:
 
 @pytest.mark.exhaustive
 def test_a_lost_connection_is_reported() -> None:
-    """The adapter ends while the scan runs."""
+    """If the adapter ends during `rcx scan`, the lost connection is reported."""
     told: list[str] = []
     with Adapter(48, cyclic=0) as adapter:
         host, port = adapter.address
@@ -446,9 +454,9 @@ def test_a_lost_connection_is_reported() -> None:
 
 
 def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The report of the lost connection names the dead process.
+    """If the process of the cyclic I/O dies, the report of the lost connection names it.
 
-    A process that dies before the first packet raises an error.
+    If it dies before the first packet, an error is raised.
     """
     told: list[str] = []
     made: list[Scanner] = []
@@ -498,8 +506,13 @@ def test_a_lost_connection_ends_with_1(
     assert main(["scan", "127.0.0.1"]) == code
 
 
-def test_the_trace_begins_and_ends_with_a_look(scan: Run, adapter: Adapter, tmp_path: Path) -> None:
-    """The reader cannot know what the master writes, so `si` is empty."""
+def test_the_trace_begins_and_ends_with_the_state_of_the_areas(
+    scan: Run, adapter: Adapter, tmp_path: Path
+) -> None:
+    """The trace has one record at the start and one at the end of the scan.
+
+    A reader does not receive the data that the master writes, so `si` is empty.
+    """
     file = tmp_path / "scan.jsonl"
     assert scan("--trace", str(file), duration="30ms") == 0
     header, records = read_trace(file)

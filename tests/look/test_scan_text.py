@@ -1,4 +1,4 @@
-"""The lines in which `rcx scan` shows areas, changes, telegrams and the identity of a device."""
+"""`rcx scan` prints lines for areas, changes, telegrams and the identity of a device."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ def test_an_area_lists_every_dedicated_bit_and_what_is_not_0() -> None:
     assert list(area_lines(bytes(area), "I"))[-1] == "  not 0: SI(150) = 1, SI(157) = 1"
 
 
-def test_the_last_telegram_is_shown_in_plain_words() -> None:
+def test_the_last_telegram_is_shown_as_text() -> None:
     """Source: guide chapter 2, example: to point 19 at 50 %."""
     words = ["SIW(0)=1", "SIW(2)=4", "SIW(3)=50", "SIW(4)=19"]
     request = output_image(words, 48)

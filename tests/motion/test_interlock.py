@@ -16,7 +16,10 @@ _NOT_GRANTED, _KEPT, _INTRUDER = 0x8078, 0x8079, 0x807A
 
 
 class Table:
-    """Three robots at one area, called in this order every 10 ms. All are outside at first."""
+    """Three robots at one shared area, whose blocks are called in this order every 10 ms.
+
+    At first, all robots are outside of the area.
+    """
 
     def __init__(self, engine: str = "auto", outside: bool = True) -> None:
         held = "".join(
@@ -61,7 +64,7 @@ class Table:
 
     @property
     def shown(self) -> str:
-        """Return V, B, E (Valid, Busy, Error) or - per robot, with * if it holds the area."""
+        """Return V (Valid), B (Busy), E (Error) or - per robot, with * for a holder."""
         letters = []
         for k in _ROBOTS:
             on = [name[0] for name in ("Valid", "Busy", "Error") if self[f"Lock{k}.{name}"]]
@@ -79,7 +82,7 @@ class Table:
             self.scan()
 
     def leave(self, robot: int) -> None:
-        """Reset Enable of a robot."""
+        """Set Enable of this robot's block to FALSE."""
         self[f"Lock{robot}.Enable"] = False
         self.scan()
 
@@ -91,7 +94,7 @@ class Table:
 
 
 def _table(*wanting: int, engine: str = "auto") -> Table:
-    """Return a table of robots that requested the area in turn, two scans after it was empty."""
+    """Return a table in which these robots have requested the area, in this order."""
     table = Table(engine)
     assert table.scan(2) == "- - -"
     table.want(*wanting)
@@ -151,8 +154,8 @@ def test_it_is_held_until_the_robot_is_outside() -> None:
     assert table.scan() == "- V* -"
 
 
-def test_outside_alone_does_not_release_it() -> None:
-    """The robot may have the grant and be on its way in, or enter again."""
+def test_a_robot_that_is_outside_keeps_the_area_until_enable_falls() -> None:
+    """Outside alone does not release the area: the robot may just be entering, with a grant."""
     table = _table(1, 2)
     for outside in (False, True):
         table["Lock1.Outside"] = outside
@@ -170,8 +173,11 @@ def test_after_a_start_of_the_plc_no_place_is_known_until_it_is_shown() -> None:
     assert table.scan() == "V* - -"
 
 
-def test_in_the_first_scan_no_robot_is_let_in() -> None:
-    """The blocks that are called later have not shown yet whether they hold the area."""
+def test_in_the_first_scan_no_robot_gets_the_area() -> None:
+    """In the first scan no robot gets the area.
+
+    Blocks that are called later may still report that their robot holds it.
+    """
     table = Table()
     table["Lock1.Enable"] = True
     table["Lock3.Outside"] = False
@@ -235,8 +241,11 @@ def test_a_robot_lost_in_the_area_holds_it_until_acknowledge(signal: str, number
     assert table.shown == "- V* -"
 
 
-def test_a_robot_that_stands_in_the_area_without_enable_keeps_it_too() -> None:
-    """The robot holds the area until it is outside. Its link is lost in the meantime."""
+def test_a_robot_in_the_area_without_enable_holds_it() -> None:
+    """A robot in the area without Enable holds the area until it is outside.
+
+    Its link is lost in the meantime.
+    """
     table = _table(1)
     table["Lock1.Outside"] = False
     table.leave(1)
@@ -305,8 +314,11 @@ def test_a_waiting_robot_that_is_lost_gives_its_place_up() -> None:
     assert table.error(2) == _SERVOS_OFF
 
 
-def test_a_place_that_is_not_known_any_more_counts_as_inside() -> None:
-    """A position bit goes FALSE with the link. The earlier position, outside, is not used."""
+def test_an_unknown_position_counts_as_inside() -> None:
+    """If the position becomes unknown, the robot counts as inside.
+
+    A lost link makes the position bits FALSE. The earlier position, outside, is not used.
+    """
     table = _table()
     table["Robot2.Connected"] = table["Lock2.Outside"] = False
     assert table.scan() == "- -* -"
@@ -330,12 +342,12 @@ def test_a_waiting_robot_that_enters_is_an_error_and_takes_valid_away() -> None:
     assert table["Lock1.Kept"] is table["Lock2.Kept"] is False
 
 
-def test_a_wait_has_a_limit() -> None:
-    """T#300ms are 30 scans of 10 ms."""
+def test_the_wait_for_the_area_ends_after_timeout() -> None:
+    """If the area stays occupied, the wait ends in an error after Timeout (300 ms, 30 scans)."""
     table = _table()
     table["Lock2.Timeout"] = "T#300ms"
     table.want(1, 2, 3)
-    table["Lock2.Timeout"] = "T#0s"  # sampled when Enable rose
+    table["Lock2.Timeout"] = "T#0s"  # Timeout was sampled when Enable rose
     assert table.scan(28) == "V* B B"
     assert table.scan() == "V* E B"
     assert table.error(2) == _NOT_GRANTED
@@ -386,7 +398,7 @@ def test_a_waiting_robot_that_is_not_called_any_more_is_passed_over() -> None:
 
 
 @pytest.mark.parametrize("number", [100, 65_531])
-def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) -> None:
+def test_a_waiting_robot_that_was_not_called_goes_to_the_end_of_the_queue(number: int) -> None:
     """A robot that is not called for a while goes to the end of the queue.
 
     This includes scan numbers that restart at 0 with the next call.
@@ -404,8 +416,8 @@ def test_a_robot_that_was_not_called_while_it_waited_is_the_last(number: int) ->
     assert table.scan() == "- V* -"
 
 
-def test_a_robot_in_the_area_that_is_not_called_any_more_holds_it() -> None:
-    """The robot is still there."""
+def test_a_robot_in_the_area_that_is_no_longer_called_holds_it() -> None:
+    """If the block of a robot in the area is no longer called, the robot still holds the area."""
     table = _table(1, 2)
     table["Skip1"] = True
     assert table.scan(50) == "V* B -"
@@ -430,10 +442,10 @@ def test_requests_that_are_given_up_in_one_scan_cost_nothing_either() -> None:
 
 
 @pytest.mark.parametrize("pause", [1, 2])
-def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None:
-    """Data from the robot's last wait are outdated.
+def test_a_robot_that_waits_again_does_not_delay_the_first(pause: int) -> None:
+    """If a robot requests the area again, its earlier place in the queue has no effect.
 
-    The area passes to the first robot in this scan.
+    The area passes to the first robot of the queue in this scan.
     """
     table = _table(2, 3, 1)
     table["Lock1.Enable"] = False
@@ -443,10 +455,7 @@ def test_a_robot_that_waits_again_does_not_hold_up_the_first(pause: int) -> None
 
 
 def _with_a_fourth_robot() -> Table:
-    """Return a table in which a fourth robot has the area.
-
-    Robots 1, 3 and 2 wait in this order.
-    """
+    """Return a table in which a fourth robot holds the area, and robots 1, 3 and 2 wait for it."""
     table = _table()
     table["Area.Holders"] = 1
     table.want(1, 3, 2)
@@ -464,8 +473,11 @@ def test_if_the_first_is_not_called_any_more_the_others_keep_their_order() -> No
     assert table.scan() == "B V* -"
 
 
-def test_the_next_one_has_its_turn_in_the_scan_in_which_the_first_gives_up() -> None:
-    """No other robot can take the free area in between."""
+def test_if_the_first_robot_gives_up_the_next_one_follows_in_the_same_scan() -> None:
+    """If the first robot of the queue gives up, the next robot moves up in the same scan.
+
+    No other robot can take the free area in between.
+    """
     table = _with_a_fourth_robot()
     table["Area.Holders"] = 0
     table.leave(1)

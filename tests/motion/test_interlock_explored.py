@@ -1,6 +1,6 @@
-"""FB_Interlock is explored in all its states within small bounds, and bugs are detected.
+"""FB_Interlock is explored in all states that it reaches in a limited number of scans.
 
-`make explore` explores each model to its end.
+Bugs that are put into the block are detected. `make explore` explores each model to its end.
 """
 
 from __future__ import annotations
@@ -38,10 +38,11 @@ def test_two_robots_are_explored_to_the_end() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_robot_that_keeps_asking_is_let_in_once_the_other_has_left() -> None:
-    """In each scan the other robot requests again, gives up, or is outside.
+def test_a_waiting_robot_gets_the_area_after_the_other_has_left() -> None:
+    """A robot that keeps requesting the area gets it after the other robot has left.
 
-    Robot 2 is called after robot 1, so it enters in the scan in which robot 1 leaves. Robot 1
+    In each scan the other robot requests again, gives up, or is outside. Robot 2 is called after
+    robot 1, so it enters in the scan in which robot 1 leaves. Robot 1
     enters one scan later.
     """
     pair = InterlockModel("pair", "two robots", robots=2, moves=("go", "out", "called"))

@@ -69,8 +69,8 @@ _RAMPS = {"Acceleration": 30, "Deceleration": 40}
          [0x0301, 0, 0x1277, 0, *[0] * 12]),
     ],
 )  # fmt: skip
-def test_each_kind_of_row_is_its_telegram(row: Row, words: list[int], engine: str) -> None:
-    """The table accepts a normal end and an abnormal end.
+def test_each_kind_of_row_sends_its_telegram(row: Row, words: list[int], engine: str) -> None:
+    """Each kind of row sends its telegram, and accepts a normal and an abnormal end.
 
     Source: guide 4.2.1, 4.2.2, 4.2.5, 4.5.1, the tables of the commands.
     """
@@ -106,7 +106,7 @@ def test_each_kind_of_row_is_its_telegram(row: Row, words: list[int], engine: st
         {"Kind": "MOVE_STAY", "AtArrival": "ARRIVE_CALL", "Number": 0},
     ],
 )
-def test_a_number_that_is_not_there_ends_the_row_without_a_telegram(row: Row) -> None:
+def test_a_number_out_of_range_ends_the_row_without_a_telegram(row: Row) -> None:
     """Source: guide 4.2.1, 4.2.5, 4.5.1, the ranges; RCX_MOVE."""
     plc = moving(*rows_to(1), row)
     end(plc)
@@ -118,7 +118,7 @@ def test_a_number_that_is_not_there_ends_the_row_without_a_telegram(row: Row) ->
 # ---- the order of rows
 
 
-#: Tables: four rows; the same with old rows after MOVE_END; an empty table; a full array.
+#: Tables: four rows; four rows with old rows after MOVE_END; an empty table; a full array.
 _FOUR, _LEFT = rows_to(1, 2, 3, 4), [*rows_to(1, 2), {}, *rows_to(4, 5)]
 _NONE, _ALL = [{}, *rows_to(2)], rows_to(*range(1, 51))
 
@@ -175,7 +175,10 @@ def test_backwards_the_first_row_that_is_held_is_the_last_of_the_table() -> None
 @pytest.mark.parametrize("back", [False, True])
 @pytest.mark.parametrize("row", [4, 5, 50])
 def test_a_start_behind_the_end_of_the_table_is_refused(row: int, back: bool, engine: str) -> None:
-    """The start row is row 3, which is MOVE_END. Source: RCX_MOVE_KIND."""
+    """A StartRow behind the end of the table is refused. Here row 3 is MOVE_END.
+
+    Source: RCX_MOVE_KIND.
+    """
     plc = started(*rows_to(1, 2), {}, *rows_to(4, 5), engine=engine, StartRow=row, Backwards=back)
     plc.scan()
     assert (shown(plc), plc["Table.ErrorID"]) == ("Error", 0x8051)
@@ -192,10 +195,13 @@ def test_a_start_behind_the_end_of_the_table_is_refused(row: int, back: bool, en
         *(("StopOk", False, 0x8007), ("Table.Abort", True, 0x8050)),
     ],
 )
-def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
+def test_a_start_during_a_fault_ends_in_it_even_if_no_row_would_run(
     pin: str, value: bool, error: int, row: int, engine: str
 ) -> None:
-    """The table is empty or at MOVE_END. The cause of the fault may be gone in the next scan.
+    """A start during a fault ends in the error of the fault, even if no row would run.
+
+    The table is empty, or StartRow is MOVE_END. The cause of the fault may be gone in the next
+    scan.
 
     Source: pin Error: refused, broken off
     """
@@ -216,7 +222,7 @@ def test_a_start_in_a_fault_ends_in_it_also_where_nothing_is_to_be_done(
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
-    """After the last row has ended normally, no work remains that the fault could interrupt.
+    """If a fault comes during the last row and the row ends normally, the table is Done.
 
     Source: pin Done: all rows are done.
     """
@@ -227,8 +233,11 @@ def test_a_fault_during_the_last_row_leaves_the_table_done(engine: str) -> None:
     assert (shown(plc), plc["Table.ErrorID"], plc["Table.Row"]) == ("Done", 0, 0)
 
 
-def test_rows_that_come_while_the_table_runs_are_run() -> None:
-    """The table ends if MOVE_END is in the row that would begin. Source: pin Moves."""
+def test_rows_added_while_the_table_runs_are_executed() -> None:
+    """Rows that are added while the table runs are executed.
+
+    The table ends at the first row with MOVE_END. Source: pin Moves.
+    """
     plc = started(*rows_to(1))
     plc["Moves[2].Kind"], plc["Moves[2].Point"] = "MOVE_PTP", 2
     assert runs(plc) == [1, 2]
@@ -243,8 +252,10 @@ def test_rows_that_come_while_the_table_runs_are_run() -> None:
      {"Rows": 32767, "StartRow": 2}, {"MovesSize": 3, "Rows": 4}, {"MovesSize": 0, "Rows": 1},
      {"MovesSize": 49}],
 )  # fmt: skip
-def test_a_row_that_the_table_does_not_have_is_refused(pins: dict[str, Any], engine: str) -> None:
-    """The number MovesSize must not exceed the rows of RCX_MOVES.
+def test_a_row_number_outside_of_the_table_is_refused(pins: dict[str, Any], engine: str) -> None:
+    """A row number outside of the table is refused.
+
+    MovesSize must not exceed the rows of RCX_MOVES.
 
     Source: a rule of this library.
     """
@@ -284,8 +295,8 @@ def test_a_row_is_read_when_it_begins() -> None:
 
 
 @pytest.mark.parametrize("kind", ["CIRCULAR", "BY_PTP", "BY_LINEAR", "BY_MM"])
-def test_an_arc_or_a_relative_row_is_refused_backwards(kind: str) -> None:
-    """Such a movement would not lead back to the previous row.
+def test_backwards_a_circular_or_relative_row_is_refused(kind: str) -> None:
+    """With Backwards, a circular or relative row is refused: it would not lead to the previous row.
 
     Source: guide 4.2.1, circular interpolation: from where the robot is; 4.2.2: by a distance.
     """
@@ -301,8 +312,8 @@ def test_an_arc_or_a_relative_row_is_refused_backwards(kind: str) -> None:
     assert (shown(plc), plc["Table.Stage"]) == ("Busy", "TABLE_HELD")
 
 
-def test_a_relative_row_that_has_arrived_is_passed_backwards() -> None:
-    """The movement is complete, so nothing of it remains."""
+def test_backwards_a_completed_relative_row_is_passed() -> None:
+    """With Backwards, a relative row that has already been executed (StartArrived) is passed."""
     plc = started(*rows_to(1), {"Kind": "MOVE_BY_PTP", "Point": 2}, StartRow=2, StartArrived=True,
                  Backwards=True)  # fmt: skip
     assert runs(plc) == [1]
@@ -328,10 +339,12 @@ def test_a_row_waits_for_a_bit(number: int, bits: int, state: bool, engine: str)
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("arrival", "error"), [("WAIT", 0x8052), ("CALL", 0x8053)])
 @pytest.mark.parametrize(("duration", "scans"), [("T#0s", 30), ("T#500ms", 50), ("T#50ms", 5)])
-def test_a_wait_is_limited(
+def test_a_wait_of_a_row_ends_after_duration_or_timeout(
     arrival: str, error: int, duration: str, scans: int, engine: str
 ) -> None:
-    """Duration is the limit, or Timeout if the row has none. The table can be continued.
+    """A wait ends after Duration, or after Timeout if the row has no Duration.
+
+    The table can be continued afterwards.
 
     Source: RCX_ARRIVAL.
     """
@@ -411,8 +424,8 @@ def test_a_call_goes_on_with_the_edge_of_acknowledge_and_not_before(engine: str)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_an_edge_before_a_call_has_been_shown_is_not_for_it(engine: str) -> None:
-    """The call was not visible yet, so the edge cannot be the answer to it.
+def test_an_edge_before_callnumber_is_shown_does_not_acknowledge_it(engine: str) -> None:
+    """An edge of Acknowledge before CallNumber is shown does not acknowledge the call.
 
     Source: RCX_ARRIVAL, ARRIVE_CALL.
     """
@@ -426,7 +439,7 @@ def test_an_edge_before_a_call_has_been_shown_is_not_for_it(engine: str) -> None
     start(plc)
     plc.scan(5)
     assert (plc["Table.CallNumber"], plc["Table.Row"]) == (7, 1)
-    for acknowledge in (False, True, False, True):  # a contact bounces
+    for acknowledge in (False, True, False, True):  # edges of a bouncing contact
         plc["Table.Acknowledge"] = acknowledge
         plc.scan()
     plc.scan(5)
@@ -466,8 +479,10 @@ def test_row_0_is_begun_with_its_movement() -> None:
 
 @pytest.mark.parametrize("kind", ["MOVE_BY_PTP", "MOVE_BY_LINEAR", "MOVE_BY_MM"])
 @pytest.mark.parametrize("lost", ["no call", "time-out", "link"])
-def test_a_relative_row_that_may_be_done_is_not_repeated_unseen(kind: str, lost: str) -> None:
-    """A person decides whether the row is done.
+def test_a_relative_row_that_may_be_done_is_not_repeated_without_a_decision(
+    kind: str, lost: str
+) -> None:
+    """A relative row that may have been executed is not repeated until a person has decided.
 
     Source: guide 4.2.2: a relative movement adds to where the robot stands
     """
@@ -498,7 +513,7 @@ def test_a_relative_row_that_may_be_done_is_not_repeated_unseen(kind: str, lost:
         assert (sent(plc)[4] == 3) is ("StartArrived" in known)
 
 
-def test_an_absolute_row_is_repeated_and_a_relative_one_that_has_ended_is_not_doubtful() -> None:
+def test_an_absolute_row_and_an_ended_relative_row_are_not_doubtful() -> None:
     """Source: guide 4.2.1, 4.2.2."""
     plc = moving(*rows_to(1), {"Kind": "MOVE_BY_PTP", "Axes": 1}, Timeout="T#100ms")
     plc.scan(20)

@@ -117,15 +117,17 @@ def _fault(plc: PlcBench, fault: dict[str, Any], *, there: bool) -> None:
         else:
             plc[name] = value is there
             if name != "Connected":
-                plc.scan()  # FB_WriteArea shows it in the next scan
+                plc.scan()  # FB_WriteArea reports the change in the next scan
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("fault", "error"), _ENDS)
-def test_a_fault_for_one_scan_ends_a_waiting_row_and_nothing_goes_on(
+def test_a_fault_of_one_scan_ends_a_waiting_row_and_nothing_continues(
     fault: dict[str, Any], error: int, engine: str
 ) -> None:
-    """During a wait no command is running, so the controller does not report the fault.
+    """If a fault of one scan comes during a wait, the table ends and does not continue.
+
+    During a wait no command is running, so the controller reports no abnormal end.
 
     Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3.
     """
@@ -150,7 +152,7 @@ def test_a_short_fault_withdraws_a_waiting_row(fault: dict[str, Any], error: int
     plc.scan()
     end(plc)
     plc.scan(4)
-    assert plc.words[0] == 0x0511  # FB_ReadDate has the turn
+    assert plc.words[0] == 0x0511  # FB_ReadDate uses the channel of the commands
     _fault(plc, fault, there=True)
     plc.scan()
     assert (shown(plc), plc["Table.ErrorID"]) == ("Error", error)
@@ -204,7 +206,9 @@ def test_it_does_not_start_into_a_fault(fault: dict[str, Any], error: int) -> No
 
 
 def test_a_row_begins_once_the_stop_input_has_settled() -> None:
-    """If SI(06) has just turned ON, the controller may not have read it yet.
+    """A row begins only after SI(06) has been ON for the interval.
+
+    If SI(06) has just turned ON, the controller may not have read it yet.
 
     Source: manual chapter 5, 3, caution: 100 ms.
     """
@@ -225,10 +229,10 @@ def test_a_time_limit_leaves_the_row_shown_with_the_command_that_is_held() -> No
     assert (plc["Table.ErrorID"], plc["Table.Row"], plc.words[0]) == (0x8011, 1, 1)
 
 
-def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() -> None:
-    """The table ends while its command waits for a command of another block.
+def test_a_second_call_in_the_scan_of_an_error_sends_no_later_command() -> None:
+    """A second call in the scan of an error sends no command later.
 
-    The second call does not resume the table.
+    The table has ended while its command waited for a command of another block.
 
     Source: a rule of this library.
     """
@@ -248,7 +252,9 @@ def test_a_second_call_in_the_scan_of_an_error_lets_no_command_go_out_later() ->
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """The table refuses a start while its earlier command still waits, because its pins are old.
+    """A start in the scan of an error is refused while the command of the ended table still waits.
+
+    Its pins are the pins of the ended table.
 
     Source: a rule of this library.
     """
@@ -293,7 +299,7 @@ def test_a_missing_call_ends_the_table_and_the_row_stays_shown() -> None:
 
 
 def test_a_start_in_the_scan_after_an_error_runs() -> None:
-    """The error has also withdrawn the command that waited.
+    """A start in the scan after an error runs, because the error has withdrawn the waiting command.
 
     Source: a rule of this library.
     """
@@ -315,7 +321,12 @@ def test_a_start_in_the_scan_after_an_error_runs() -> None:
 
 
 def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
-    """The first call of the scan had nothing to do. Source: a rule of this library."""
+    """If the second call of a scan starts the table, the table runs.
+
+    The first call was without work.
+
+    Source: a rule of this library.
+    """
     plc = bench(*rows_to(1, 2))
     plc["StartAgain"] = True
     plc.scan()
@@ -325,8 +336,8 @@ def test_a_start_with_the_second_call_of_a_scan_runs() -> None:
 
 
 @pytest.mark.parametrize("hold", [True, False])
-def test_after_a_missing_call_no_command_goes_out(hold: bool) -> None:
-    """The table does not continue by itself when Hold is reset afterwards.
+def test_after_a_missing_call_no_command_is_sent(hold: bool) -> None:
+    """After a scan without a call, no command is sent, even if Hold is reset afterwards.
 
     Source: scan-model.md.
     """
@@ -343,7 +354,7 @@ def test_after_a_missing_call_no_command_goes_out(hold: bool) -> None:
 
 
 @pytest.mark.parametrize("active", [True, False])
-def test_an_edge_of_execute_while_it_is_under_way_takes_nothing_over(active: bool) -> None:
+def test_an_edge_of_execute_while_the_table_runs_samples_no_input(active: bool) -> None:
     """Source: design of the library, 3."""
     plc = started(*rows_to(1, 2, 3), Hold=not active)
     if active:
@@ -357,7 +368,7 @@ def test_an_edge_of_execute_while_it_is_under_way_takes_nothing_over(active: boo
     assert shown(plc) == "Done"
 
 
-def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan() -> None:
+def test_if_execute_falls_at_once_the_end_is_shown_for_one_scan() -> None:
     plc = started(*rows_to(1))
     plc["Table.Execute"] = False
     sent(plc)
@@ -373,7 +384,7 @@ def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan() -> None:
     assert runs(plc) == [1]
 
 
-def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None:
+def test_a_table_can_start_in_manual_mode_and_ignores_the_mode() -> None:
     """Source: docs/explanation/fidelity.md, program-mode: remote commands work in both modes."""
     plc = bench(*rows_to(1, 2, 3))
     plc.outputs(SO10=False)
@@ -391,7 +402,7 @@ def test_in_manual_mode_a_table_may_begin_and_the_mode_changes_nothing() -> None
 
 
 def _doubtful() -> PlcBench:
-    """Return a bench that has sent relative row 2 of 3, but has not seen its end."""
+    """Return a bench that has sent relative row 2 of 3, but has missed its end status."""
     relative = {"Kind": "MOVE_BY_PTP", "Axes": 1}
     plc = moving(*rows_to(1), relative, *rows_to(3), Rows=3, StartRow=2)
     plc["CallTable"] = False
@@ -412,7 +423,9 @@ def _doubtful() -> PlcBench:
 def test_after_a_refused_start_a_relative_row_stays_doubtful(
     pins: dict[str, Any], error: int
 ) -> None:
-    """After an illegal row or a stop, the same row may still be done already.
+    """A refused start does not clear the doubt whether a relative row has been executed.
+
+    The start is refused because of an illegal row or a stop.
 
     Source: docs/reference/errors.md, 16#8055; guide 4.2.2: a relative movement adds to where the
     robot stands
@@ -432,8 +445,8 @@ def test_after_a_refused_start_a_relative_row_stays_doubtful(
     assert (shown(plc), plc["Table.ErrorID"], plc.words[0]) == ("Error", 0x8055, 0)
 
 
-def test_a_row_that_does_not_depend_on_the_interrupted_one_may_begin() -> None:
-    """Row 3 is absolute, so its target does not depend on the position of the robot.
+def test_an_absolute_row_may_begin_after_an_interrupted_row() -> None:
+    """After an interrupted relative row, an absolute row may begin: its target is fixed.
 
     Source: guide 4.2.1, absolute movement.
     """

@@ -1,8 +1,9 @@
 """FB_MoveTable survives every fault in every scan of a table, on the virtual controller.
 
-The table must show the row of the telegram on the wire, which the test decodes from its words.
-After a fault the table does not continue by itself. When it is continued, it comes to its end, with
-each row done once and in order.
+The table must show the row of the telegram on the wire, which the test decodes.
+
+After a fault the table waits for a new start. Then it runs to its end, and each row has been done
+once and in order.
 """
 
 from __future__ import annotations
@@ -26,7 +27,7 @@ _TABLE: list[dict[str, Any]] = [
     {"Kind": "MOVE_PALLET", "WorkPosition": 3},
     {"Kind": "MOVE_PTP", "Point": 4, "AtArrival": "ARRIVE_SET", "Number": 20},
 ]
-#: Code and words that identify each row, with the row and whether it has arrived.
+#: Maps code and words of a telegram to the row, and to whether its movement has ended.
 _ROWS: dict[tuple[int, ...], tuple[int, bool]] = {
     (0x0001, 1): (1, False),
     (0x0301, 0x1020, 1): (1, True),
@@ -36,7 +37,7 @@ _ROWS: dict[tuple[int, ...], tuple[int, bool]] = {
     (0x0301, 0x1020, 0): (4, True),
 }
 _ALL = list(_ROWS.values())
-#: An injected event, and the event that ends it.
+#: Maps an injected fault to the event that ends the fault.
 _FAULTS = {
     "emergency stop": ("emergency_stop", "emergency_stop_release"),
     "stop": ("StopOk", "StopOk"),
@@ -49,7 +50,7 @@ _FAULTS = {
 
 
 class _Watched:
-    """A cell that runs scan by scan, and the rows that have come to a normal end."""
+    """A cell that runs scan by scan, and records the rows that have ended normally."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
@@ -63,7 +64,7 @@ class _Watched:
         before = self.cell.scans
         self.cell.run("10ms")
         if self.cell.scans == before:
-            self.out = None  # the PLC does not run
+            self.out = None  # the PLC is stopped
             return
         so, si = (self._words(f"Main.{name}Area") for name in ("Input", "Output"))
         if self.out and so[0] == 0x0200 and self.cell["Main.Robot.Connected"]:
@@ -81,7 +82,7 @@ class _Watched:
             self.started = False
 
     def scan_until(self, name: str, most: int, *, value: bool = True) -> None:
-        """Scan until a variable is TRUE."""
+        """Run scans until this variable is TRUE."""
         for _ in range(most):
             if self.cell[f"Main.{name}"] is value:
                 return
@@ -112,7 +113,7 @@ class _Watched:
 
 
 def _row(words: list[int]) -> tuple[int, bool]:
-    """Return the row of a telegram.
+    """Return the row of the table that has sent this telegram.
 
     Source: guide 4.2.1: point at n + 8; 4.2.5: pallet at n + 8, work position at n + 10; 4.5.1:
     port and bit at n + 4, value at n + 6.
@@ -186,8 +187,10 @@ def test_undisturbed_every_row_is_done_once() -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("lasts", [1, 15])
 @pytest.mark.parametrize("fault", _FAULTS)
-def test_the_row_that_is_shown_is_the_row_that_runs_and_goes_on(fault: str, lasts: int) -> None:
-    """A fault of some scans begins before each scan of the run in turn.
+def test_the_shown_row_is_the_row_on_the_wire_despite_faults(fault: str, lasts: int) -> None:
+    """In every scan, the shown row is the row on the wire, and a fault does not change this.
+
+    A fault of some scans begins before each scan of the run in turn.
 
     Source: manual chapter 1, 5.2; chapter 5, 3.1 and 3.3; guide 2.
     """
@@ -227,8 +230,10 @@ def test_a_table_that_shows_another_row_at_a_fault_is_noticed() -> None:
 
 
 @pytest.mark.parametrize(("start", "travels"), [("keep", True), ("reset", False)])
-def test_a_stopped_relative_row_goes_on_as_configured(start: str, travels: bool) -> None:
-    """With Keep, the movement ends at its original target. With Reset, it repeats its distance.
+def test_a_stopped_relative_row_continues_as_configured(start: str, travels: bool) -> None:
+    """A stopped relative row continues as the controller is configured.
+
+    With the setting Keep, it ends at its original target. With Reset, it repeats its distance.
 
     Source: guide 4.2.2, notes.
     """

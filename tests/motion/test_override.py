@@ -67,7 +67,7 @@ def _percents(plc: PlcBench, count: int, code: int = 0x0039) -> list[int]:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_it_reads_the_speed_and_goes_up_in_steps(engine: str) -> None:
+def test_the_speed_is_read_and_raised_in_steps(engine: str) -> None:
     """The speed rises from 50 to 75 % in steps of at most 10 %.
 
     Word n + 4 is the speed, and the code is that of the automatic speed.
@@ -85,14 +85,17 @@ def test_it_reads_the_speed_and_goes_up_in_steps(engine: str) -> None:
 
 
 def test_the_command_goes_to_the_designated_robot() -> None:
-    """Source: remote command guide 4.2.15 and 4.7.8: R in bits 15 to 12; sampled at the start."""
+    """The robot number is in the code of the command, and is sampled at the start.
+
+    Source: remote command guide 4.2.15 and 4.7.8: R in bits 15 to 12.
+    """
     plc = _plc(Enable=True, RobotNumber=2, Percent=20)
     assert _answer(plc, 0x250A, 0, 10) == 0
     plc["SpeedOverride.RobotNumber"] = 3
     assert _percents(plc, 1, 0x2039) == [20]
 
 
-def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
+def test_a_lower_speed_is_sent_at_once_in_one_step() -> None:
     """A lower speed is sent at once, also while a step up waits for its time."""
     plc = _begun(Percent=80, Pace="T#10s")
     assert _percents(plc, 1) == [60]
@@ -104,7 +107,7 @@ def test_a_lower_speed_goes_out_at_once_and_in_one_step() -> None:
 
 
 @pytest.mark.parametrize("pace", [None, 500])
-def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
+def test_the_interval_between_steps_up_is_pace(pace: int | None) -> None:
     """The time from code to code is 200 ms and at most three scans more.
 
     Source: pin Pace: from one step up to the next, at least
@@ -121,8 +124,10 @@ def test_steps_up_are_a_pace_apart(pace: int | None) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
-    """The step has waited longer than Pace for the end of a movement.
+def test_pace_is_measured_from_the_scan_in_which_a_step_is_sent(engine: str) -> None:
+    """Pace is measured from the scan in which a step is sent.
+
+    The step has waited longer than Pace for the end of a movement.
 
     Source: pin Pace: from one step up to the next, at least
     """
@@ -138,8 +143,10 @@ def test_the_pace_counts_from_when_a_step_goes_out(engine: str) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("lower", [55, 50, 5])
-def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -> None:
-    """A waiting step up is lowered, so that the next movement does not run at the raised speed.
+def test_a_waiting_step_is_sent_with_a_lower_percent(engine: str, lower: int) -> None:
+    """If Percent is lowered while a step up waits, the step is sent with the lower speed.
+
+    The next movement must not run at the higher speed.
 
     Source: head: a lower Percent goes out at once
     """
@@ -157,7 +164,7 @@ def test_a_waiting_step_goes_out_with_a_lower_percent(engine: str, lower: int) -
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_it_is_not_valid_while_a_step_is_out_that_goes_elsewhere(engine: str) -> None:
+def test_valid_is_false_while_a_step_to_another_speed_is_sent(engine: str) -> None:
     """Source: pins: Valid, the controller has accepted Percent; Busy, changing the speed."""
     plc = _begun(engine, Percent=80, auto=5, Rise=30)
     plc.scan_until(lambda: plc.words[0] == 0x0039)
@@ -177,7 +184,7 @@ def test_it_is_not_valid_while_a_step_is_out_that_goes_elsewhere(engine: str) ->
     ("first", "then", "percents"),
     [(5, [50], [50]), (5, [100], [50, 60]), (5, [30], [30]), (80, [5, 100], [60, 70])],
 )
-def test_a_step_that_waits_goes_no_lower_and_no_higher_than_what_is_wanted_by_then(
+def test_a_waiting_step_is_sent_with_the_latest_percent(
     engine: str, first: int, then: list[int], percents: list[int]
 ) -> None:
     """Source: head: Keep the automatic movement speed at a percentage; pin Rise."""
@@ -191,8 +198,8 @@ def test_a_step_that_waits_goes_no_lower_and_no_higher_than_what_is_wanted_by_th
 
 
 @pytest.mark.parametrize("scans", range(5))
-def test_a_percent_is_out_for_a_scan_before_its_code_and_then_stays(scans: int) -> None:
-    """If Percent is lowered, the speed on the wire stays until another command sends a new one.
+def test_the_speed_is_sent_one_scan_before_its_code_and_then_held(scans: int) -> None:
+    """The speed is sent one scan before its code, and stays if Percent is lowered afterwards.
 
     Source: remote command guide chapter 2: the data first; both held until the end status
     """
@@ -238,10 +245,13 @@ def test_after_a_step_down_the_next_one_up_need_not_wait() -> None:
         (100, 1, 1, [1]),
     ],
 )
-def test_no_step_is_larger_than_rise_or_goes_beyond_percent(
+def test_no_step_exceeds_rise_or_percent(
     auto: int, percent: int, rise: int, steps: list[int]
 ) -> None:
-    """A robot without axes reports the speed 0. Source: remote command guide 4.7.8."""
+    """No step exceeds Rise or Percent. A robot without axes reports the speed 0.
+
+    Source: remote command guide 4.7.8.
+    """
     plc = _begun(auto=auto, Percent=percent, Rise=rise, Pace="T#0s")
     assert _percents(plc, len(steps)) == steps
     assert plc["SpeedOverride.Valid"]
@@ -345,8 +355,11 @@ def test_a_loss_ends_it_at_once_and_nothing_restarts(moment: int, lost: str, err
 
 
 @pytest.mark.parametrize("step", ["read", "change"])
-def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
-    """Timeout is sampled when Enable rises. Source: docs/reference/errors.md, 16#8011."""
+def test_a_missing_answer_ends_the_block_after_timeout(step: str) -> None:
+    """A missing answer ends the block after Timeout, which is sampled when Enable rises.
+
+    Source: docs/reference/errors.md, 16#8011.
+    """
     pins: dict[str, Any] = {"Timeout": "T#100ms"}
     plc = _plc(Enable=True, **pins) if step == "read" else _begun(**pins)
     plc["SpeedOverride.Timeout"] = "T#0s" if step == "change" else "T#100ms"
@@ -355,8 +368,11 @@ def test_an_answer_that_does_not_come_ends_it_at_timeout(step: str) -> None:
 
 
 @pytest.mark.parametrize("lost", ["no end", "link", "CPU_OK", "status", "an illegal Percent first"])
-def test_the_speed_is_not_known_where_the_end_of_a_step_is_not(lost: str) -> None:
-    """The controller may have executed the step. Source: pin Actual: 0 = not known."""
+def test_without_the_end_of_a_step_the_speed_is_unknown(lost: str) -> None:
+    """If the end of a step was not received, Actual is 0: perhaps the controller has executed it.
+
+    Source: pin Actual: 0 = not known.
+    """
     plc = _begun(Percent=80, Timeout="T#100ms")
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     assert plc["SpeedOverride.Actual"] == 50
@@ -375,7 +391,7 @@ def test_the_speed_is_not_known_where_the_end_of_a_step_is_not(lost: str) -> Non
     assert plc["SpeedOverride.Actual"] == 0
 
 
-def test_the_speed_stays_known_where_the_step_did_not_go_out() -> None:
+def test_the_speed_stays_known_if_the_step_was_not_sent() -> None:
     """Source: docs/reference/errors.md, 16#8012: an earlier command has no end."""
     plc = _moving(Percent=80)
     plc["Connected"] = False
@@ -383,8 +399,8 @@ def test_the_speed_stays_known_where_the_step_did_not_go_out() -> None:
     assert (plc["SpeedOverride.ErrorID"], plc["SpeedOverride.Actual"]) == (0x8001, 50)
 
 
-def test_a_command_of_an_earlier_enable_counts_for_nothing() -> None:
-    """The block reads the speed again after that command."""
+def test_a_command_of_an_earlier_enable_has_no_effect() -> None:
+    """A command of an earlier Enable does not set Actual. The block reads the speed again."""
     plc = _begun(Percent=100, Pace="T#0s")
     plc.scan_until(lambda: plc.words[0] == 0x0039)
     plc["SpeedOverride.Enable"] = False
@@ -411,7 +427,7 @@ def _waiting() -> PlcBench:
 
 
 def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
-    """If it were sent later, it would change a speed that the block no longer controls."""
+    """If Enable falls, a waiting step is withdrawn: the block no longer controls the speed."""
     plc = _waiting()
     plc["SpeedOverride.Enable"] = False
     plc.scan()
@@ -421,10 +437,12 @@ def test_a_step_that_still_waits_is_withdrawn_when_enable_falls() -> None:
 
 
 @pytest.mark.parametrize(("pin", "value", "error"), [("Percent", 0, 0x8042), ("Rise", 101, 0x8045)])
-def test_a_waiting_step_is_withdrawn_at_a_refused_input(pin: str, value: int, error: int) -> None:
-    """After the Error no command is sent, and the Error stays.
+def test_a_waiting_step_is_withdrawn_after_an_illegal_input(
+    pin: str, value: int, error: int
+) -> None:
+    """If an input becomes illegal, a waiting step is withdrawn and the Error stays.
 
-    A command already sent still counts.
+    A command that was already sent is held to its end.
     """
     plc = _waiting()
     plc[f"SpeedOverride.{pin}"] = value
@@ -437,8 +455,10 @@ def test_a_waiting_step_is_withdrawn_at_a_refused_input(pin: str, value: int, er
     assert shown == [error, True, False, 50]
 
 
-def test_a_step_that_is_out_at_a_refused_input_is_held_to_its_end() -> None:
-    """The controller executes the step, and Actual shows its speed.
+def test_a_sent_step_is_held_to_its_end_despite_an_illegal_input() -> None:
+    """If an input becomes illegal after a step was sent, the step is held to its end.
+
+    The controller executes the step, and Actual shows its speed.
 
     Source: remote command guide chapter 2: the code stays until the end status.
     """
@@ -462,7 +482,7 @@ def test_the_pace_of_an_earlier_enable_does_not_hold_a_step() -> None:
 
 
 def _steady(engine: str = "builtin", **pins: Any) -> PartBench:
-    """Return a bench with a speed of 60 %, from which one step leads to any other speed."""
+    """Return a bench with a speed of 60 %, from which any other speed is reached in one step."""
     bench = PartBench(engine)
     for name, value in {**pins, "Percent": 60, "Rise": 100, "Enable": True}.items():
         bench[f"Speed.{name}"] = value
@@ -471,8 +491,8 @@ def _steady(engine: str = "builtin", **pins: Any) -> PartBench:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
-    """The step may have been sent and executed without being seen.
+def test_the_speed_is_unknown_after_scans_without_a_call(engine: str) -> None:
+    """After scans without a call, Actual is 0: perhaps the step was sent and executed.
 
     Source: docs/explanation/scan-model.md, one scan
     """
@@ -490,8 +510,10 @@ def test_the_speed_is_not_known_after_scans_without_a_call(engine: str) -> None:
 
 @pytest.mark.parametrize(("code", "seen"), [(0x0039, True), (0x1039, True), (0x2039, False)])
 @pytest.mark.parametrize("robot", [0, 1])
-def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, robot: int) -> None:
-    """Only blocks for the same robot count. Robot 0 means robot 1.
+def test_a_speed_set_by_another_block_is_detected(code: int, seen: bool, robot: int) -> None:
+    """If another block sets the speed of the same robot, FB_Override detects this.
+
+    Robot 0 means robot 1.
 
     Source: guide 4.2.15; 1.1, robot designation.
     """
@@ -506,10 +528,12 @@ def test_another_block_that_sets_the_speed_is_noticed(code: int, seen: bool, rob
     ("pin", "value", "error"), [("EarlySpeed", True, 0x8017), ("Speed.Percent", 0, 0x8042)]
 )
 @pytest.mark.parametrize("scans", [2, 1])
-def test_the_speed_is_not_known_after_missing_calls_that_end_in_another_error(
+def test_the_speed_is_unknown_after_missing_calls_that_end_in_another_error(
     scans: int, pin: str, value: int, error: int
 ) -> None:
-    """The step may have been sent and ended in the meantime, even if only its data were sent.
+    """If missing calls end in another error, Actual is 0: perhaps the step was executed.
+
+    This holds even if only the data of the step had been sent.
 
     Source: head of FB_Override: after a step without an end status Actual is 0
     """
@@ -525,8 +549,11 @@ def test_the_speed_is_not_known_after_missing_calls_that_end_in_another_error(
     assert (bench["Speed.ErrorID"], bench["Speed.Actual"]) == (error, 0)
 
 
-def test_a_step_that_has_not_gone_out_leaves_the_speed_known() -> None:
-    """A call is missing while the step waits for a movement. Source: head of FB_Override."""
+def test_a_step_that_was_not_sent_leaves_the_speed_known() -> None:
+    """If a call is missing while a step waits for a movement, Actual keeps its value.
+
+    Source: head of FB_Override.
+    """
     bench = _steady()
     bench.fault = "late"
     bench.send(0x0001, 0, 0, 0, 30)

@@ -20,7 +20,7 @@ END_PROGRAM
 
 
 class _Pallet:
-    """A pallet block. With the size (), its size pins keep their defaults."""
+    """A bench with FB_PalletCount. With the size (), the size pins keep their defaults."""
 
     def __init__(self, size: tuple[int, ...], engine: str = "auto") -> None:
         self.program = compiled(_PROGRAM, engine)
@@ -40,7 +40,7 @@ class _Pallet:
         self._now_us += 10_000
 
     def press(self, pin: str) -> None:
-        """Give a pin an edge, and hold it TRUE for a few scans."""
+        """Set a pin to TRUE for a few scans."""
         for value in (True, True, True, False):
             self.put(pin, value)
             self.scan()
@@ -56,7 +56,7 @@ class _Pallet:
 
     @property
     def shown(self) -> tuple[str, int, int, tuple[int, ...], int]:
-        """Return Full, Error or neither; ErrorID, WorkPosition, its indices and Remaining."""
+        """Return "Full", "Error" or "", then ErrorID, WorkPosition, its indices and Remaining."""
         pins = ("ErrorID", "WorkPosition", "IndexX", "IndexY", "IndexZ", "Remaining")
         values = [int(self.program.read(f"Main.Count.{pin}")) for pin in pins]
         on = [pin for pin in ("Full", "Error") if self.program.read(f"Main.Count.{pin}")]
@@ -81,8 +81,11 @@ def test_x_counts_first_then_y_then_z(engine: str) -> None:
     assert pallet.shown == ("", 0, 1, (1, 1, 1), 12)
 
 
-def test_a_new_pallet_begins_anew_at_any_time() -> None:
-    """Next may rise in the same scan as NewPallet. Source: a rule of this library."""
+def test_newpallet_selects_position_1_at_any_time() -> None:
+    """NewPallet selects work position 1 at any time, even in the scan of an edge of Next.
+
+    Source: a rule of this library.
+    """
     pallet = _Pallet((2, 2, 1))
     pallet.press("Next")
     pallet.press("Next")
@@ -95,8 +98,10 @@ def test_a_new_pallet_begins_anew_at_any_time() -> None:
 
 
 @pytest.mark.parametrize("kept", [7, -1, 32767, -32768])
-def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
-    """A changed program may have a smaller pallet. Only NewPallet ends the error.
+def test_a_position_beyond_the_pallet_is_an_error(kept: int) -> None:
+    """A stored position beyond the pallet is an error, which only NewPallet ends.
+
+    A changed program may have a smaller pallet.
 
     Source: a rule of this library.
     """
@@ -110,8 +115,11 @@ def test_a_place_beyond_the_pallet_is_an_error(kept: int) -> None:
     assert pallet.shown == ("", 0, 1, (1, 1, 1), 6)
 
 
-def test_a_cleared_place_counts_as_full() -> None:
-    """Cleared memory is 0, which is not a work position: no part must be put anywhere."""
+def test_a_position_of_0_counts_as_a_full_pallet() -> None:
+    """A stored position of 0, as in cleared memory, counts as a full pallet.
+
+    0 is not a work position, so no part may be placed.
+    """
     pallet = _Pallet((3, 2, 1))
     pallet.place = 0
     assert pallet.shown[0] == "Full"
@@ -147,7 +155,10 @@ def test_a_pallet_may_have_one_position(size: tuple[int, ...]) -> None:
 
 
 def test_a_size_that_becomes_illegal_is_refused_at_once() -> None:
-    """The block does not continue with the earlier sizes. Source: guide 4.3.3."""
+    """If a size becomes illegal, the block reports an error at once.
+
+    It does not continue with the earlier sizes. Source: guide 4.3.3.
+    """
     pallet = _Pallet((3, 2, 1))
     pallet.resize((0, 2, 1))
     assert pallet.shown == ("Error", 0x8045, 0, (0, 0, 0), 0)
@@ -166,10 +177,10 @@ def test_the_largest_pallet_is_counted_to_the_end(size: tuple[int, int, int]) ->
 
 
 @pytest.mark.parametrize("pin", ["NewPallet", "Next"])
-def test_a_pin_that_is_true_as_the_plc_starts_changes_no_place(pin: str) -> None:
-    """A stuck button must not select place 1 again or skip a place.
+def test_a_pin_that_is_true_at_the_start_of_the_plc_changes_no_position(pin: str) -> None:
+    """A pin that is TRUE when the PLC starts does not change the stored work position.
 
-    The robot would move wrongly.
+    A stuck button must not select position 1 again or skip a position.
 
     Source: the block keeps the place through a loss of power.
     """

@@ -20,7 +20,7 @@ _APPROACH = [
 
 
 def _with_sensor(**pins: Any) -> PickBench:
-    """Return a bench with parts at the source: DI(21) is ON while the hand is closed."""
+    """Return a bench with a part sensor: DI(21) is ON while the hand is closed."""
     plc = picking(**_SENSOR, **pins)
     plc.follows = {21: 20}
     return plc
@@ -78,17 +78,20 @@ def test_between_pallets_it_moves_in_arches() -> None:
     assert plc.end == ("Done", 0, "PICK_START", False)
 
 
-def test_an_arch_in_mm_is_taken_as_it_is() -> None:
+def test_an_arch_in_mm_is_sent_without_conversion() -> None:
     """Source: guide 4.2.1, arch designation: integers (x1000) in millimetres."""
     plc = picking(ArchAxis=1, ArchUnit="UNIT_MM", ArchPosition=9.5, ArchDistance=20.0, Speed=0.0)
     arch = "000001 [9500, 20000, 20000] mm"
     assert plc.work()[1::2] == [f"arch 10, {arch}", f"arch 20, {arch}"]
 
 
-def test_it_comes_from_above_and_leaves_to_above() -> None:
-    """Before each movement, the block selects the shift of the place or the shift above the place.
+def test_the_robot_approaches_from_above_and_leaves_upwards() -> None:
+    """The robot moves to a point above source and target before and after each visit.
 
-    Source: guide 4.2.17; without an arch between above and place.
+    The block selects one shift for the place itself, and another for the point above it. The robot
+    moves between these two points without an arch.
+
+    Source: guide 4.2.17
     """
     plc = _approaching()
     assert plc.work() == _APPROACH
@@ -120,10 +123,10 @@ def test_at_the_end_the_shift_afterwards_is_selected(engine: str, afterwards: in
 
 
 @pytest.mark.parametrize("shifts", [{"Shifts__TargetAbove": 3}, {}])
-def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict[str, Any]) -> None:
-    """If only the last shift is missing, the next start selects it and fetches no part.
+def test_if_only_the_last_shift_failed_no_second_part_is_fetched(shifts: dict[str, Any]) -> None:
+    """If only the last shift command failed, the next start selects it and fetches no part.
 
-    HandEmpty and other shifts make no difference.
+    HandEmpty and changed shifts have no effect on this.
 
     Source: head: after an error it continues with what is not finished
     """
@@ -139,7 +142,10 @@ def test_where_only_that_shift_is_missing_no_second_part_is_fetched(shifts: dict
 
 
 def test_after_an_error_the_shift_of_the_movement_stays_selected() -> None:
-    """Source: head; nothing goes out after an error."""
+    """After an error, the shift of the last movement stays selected: no more command is sent.
+
+    Source: head of FB_PickPlace.
+    """
     plc = _approaching(Shifts__Afterwards=7)
     plc.refuses = "PTP 10 at 5"
     assert plc.work()[-2:] == ["shift 0", "PTP 10 at 5"]
@@ -148,8 +154,12 @@ def test_after_an_error_the_shift_of_the_movement_stays_selected() -> None:
     assert plc.work() == [*_APPROACH[:-1], "shift 7"]
 
 
-def test_on_pallets_it_comes_from_above_too() -> None:
-    """Source: guide 4.2.5, 4.2.17; without a speed of its own the approach is as fast."""
+def test_the_robot_also_approaches_pallets_from_above() -> None:
+    """The robot also approaches work positions of pallets from above.
+
+    Without its own speed, the approach has the speed of the movement. Source: guide 4.2.5,
+    4.2.17.
+    """
     plc = picking(TargetPallet=0, Shifts__TargetAbove=7)
     target = ["shift 7", "PTP 0/1 at 50", "shift 0", "PTP 0/1 at 50", "DO(20) OFF", "shift 7"]
     target += ["PTP 0/1 at 50", "shift 0"]
@@ -162,7 +172,7 @@ def test_on_pallets_it_comes_from_above_too() -> None:
 
 
 @pytest.mark.parametrize("shift", ["Source", "Target"])
-def test_one_shift_is_enough_for_both_to_be_selected(shift: str) -> None:
+def test_with_one_shift_a_shift_is_selected_for_both_places(shift: str) -> None:
     """If only one place has a shift, shift 0 is selected for the other place.
 
     Source: guide 4.2.17.
@@ -191,8 +201,11 @@ def test_inputs_are_sampled_at_the_rising_edge() -> None:
     assert plc.told.count("DI2?") == 6, "empty, open, closed, lifted, at the target, open"
 
 
-def test_an_edge_while_it_works_takes_nothing_over() -> None:
-    """The block may also be waiting without a command. Source: design of the library, 3."""
+def test_an_edge_while_the_block_works_samples_no_input() -> None:
+    """An edge of Execute while the block works does not sample its inputs.
+
+    The block may also be waiting without a command. Source: design of the library, 3.
+    """
     plc = picking(Gripper__Settle="T#1s")
     plc.until("DO(20) ON")
     plc.scan(20)
@@ -204,7 +217,7 @@ def test_an_edge_while_it_works_takes_nothing_over() -> None:
     assert plc.told == _PLAIN
 
 
-def test_a_pallet_without_a_position_is_that_of_its_first() -> None:
+def test_without_a_work_position_the_first_one_is_used() -> None:
     """Source: guide 4.2.5: work positions from 1."""
     told = picking(SourcePallet=3, TargetPallet=4).work()
     assert told[1::2] == ["PTP 3/1 at 50", "PTP 4/1 at 50"]
@@ -218,11 +231,13 @@ def test_a_pallet_without_a_position_is_that_of_its_first() -> None:
         ("PTP 20 at 50", ["DO2?", *_PLAIN[3:]]),
     ],
 )
-def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: list[str]) -> None:
-    """If the hand has not closed yet, the next start begins with the first movement.
+def test_the_next_start_continues_with_the_unfinished_command(
+    broken: str, again: list[str]
+) -> None:
+    """After an error, the next start continues with the command that has not ended.
 
-    If it has closed, the block opens it only at the target. The outputs read from the controller
-    decide; a refused close command does not count.
+    Before the close command, it begins with the first movement. If the hand is closed, the block
+    opens it only at the target. The outputs that are read from the controller decide.
 
     Source: a rule of this library; alarm 12.600: guide 1.2; port reference: guide 4.5.1.
     """
@@ -244,10 +259,10 @@ def test_the_next_start_goes_on_with_the_unfinished_command(broken: str, again: 
     assert plc.work() == _PLAIN
 
 
-def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
-    """The hand may or may not have opened.
+def test_an_interrupted_release_is_repeated_at_the_target() -> None:
+    """If the release was interrupted, the next start moves to the target and releases again.
 
-    The block moves to the target first and does not read a sensor.
+    Perhaps the hand has opened already. The part sensor is not read.
 
     Source: a rule of this library.
     """
@@ -269,7 +284,7 @@ def test_a_release_that_was_broken_off_is_done_again_at_the_target() -> None:
 
 
 @pytest.mark.parametrize("lost_at", ["PTP 20 at 50", "PTP 20 at 5", "DO(20) OFF"])
-def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> None:
+def test_an_interrupted_release_is_repeated_from_above(lost_at: str) -> None:
     """Source: a rule of this library."""
     plc = _approaching()
     plc.until("DO(20) ON")
@@ -293,8 +308,10 @@ def test_a_release_that_begins_from_above_begins_there_again(lost_at: str) -> No
         (14, _APPROACH[13:]),
     ],
 )
-def test_an_approach_that_was_broken_off_goes_on(count: int, again: list[str]) -> None:
-    """The part in the hand is lifted again. After the release, the robot only leaves.
+def test_an_interrupted_approach_is_continued(count: int, again: list[str]) -> None:
+    """An interrupted movement to or from a place is continued at the next start.
+
+    With a part in the hand, it is lifted again. After the release, the robot only leaves.
 
     Source: a rule of this library.
     """
@@ -312,7 +329,7 @@ def test_an_approach_that_was_broken_off_goes_on(count: int, again: list[str]) -
 
 
 @pytest.mark.parametrize("broken", ["DO(20) ON", "PTP 20 at 50", "DO(20) OFF"])
-def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
+def test_if_the_part_was_removed_the_next_start_fetches_another_part(broken: str) -> None:
     """Source: a rule of this library."""
     plc = picking()
     plc.until("PTP 10 at 50")
@@ -323,8 +340,8 @@ def test_where_the_part_was_taken_out_it_begins_anew(broken: str) -> None:
     assert plc.end == ("Done", 0, "PICK_START", False)
 
 
-def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> None:
-    """After the release, the next start only leaves, and HandEmpty brings no second part.
+def test_after_the_release_hand_empty_has_no_effect() -> None:
+    """After the release, HandEmpty has no effect: the next start fetches no second part.
 
     Source: a rule of this library.
     """
@@ -340,8 +357,10 @@ def test_after_the_release_there_is_no_part_that_could_have_been_taken_out() -> 
 
 
 @pytest.mark.parametrize("out", ["DI2?", "DO(20) OFF", "PTP 10 at 50"])
-def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> None:
-    """The command ends with the alarm, which is more precise.
+def test_if_the_servos_turn_off_during_a_command_its_alarm_is_reported(out: str) -> None:
+    """If the servos turn OFF during a command, the block waits for its end with an alarm.
+
+    The alarm is more precise than SO(02) OFF.
 
     Source: guide 1.2; manual chapter 5, 3.1.
     """
@@ -358,8 +377,11 @@ def test_servos_that_go_off_during_a_command_leave_the_end_to_it(out: str) -> No
 
 
 @pytest.mark.exhaustive
-def test_without_a_timeout_of_the_user_a_command_may_last_a_minute() -> None:
-    """A minute is 6000 scans of 10 ms. Source: design of the library, 2: every wait has a limit."""
+def test_without_timeout_a_command_may_take_one_minute() -> None:
+    """Without a value for Timeout, a command may take one minute (6000 scans of 10 ms).
+
+    Source: design of the library, 2: every wait has a limit.
+    """
     plc = picking()
     plc.silent = "PTP 10 at 50"
     plc.until("PTP 10 at 50")
@@ -367,7 +389,7 @@ def test_without_a_timeout_of_the_user_a_command_may_last_a_minute() -> None:
     assert plc.end[:2] == ("Error", 0x8011)
 
 
-def test_a_movement_that_lasts_longer_than_timeout_ends_it() -> None:
+def test_a_movement_longer_than_timeout_ends_the_block() -> None:
     """Source: design of the library, 2: every wait has a limit."""
     plc = picking(Timeout="T#100ms")
     plc.silent = "PTP 20 at 50"
@@ -379,7 +401,7 @@ def test_a_movement_that_lasts_longer_than_timeout_ends_it() -> None:
     ("stage", "silent"),
     [("OPEN", "DO(20) OFF"), ("EMPTY", "DI2?"), ("TO_SOURCE", "shift 4")],
 )
-def test_timeout_is_that_of_every_command(stage: str, silent: str) -> None:
+def test_timeout_applies_to_every_command(stage: str, silent: str) -> None:
     """Source: design of the library, 2: every wait has a limit."""
     plc = picking(Timeout="T#100ms", Gripper__PartInput=21, Shifts__Source=4)
     plc.silent = silent
@@ -389,7 +411,7 @@ def test_timeout_is_that_of_every_command(stage: str, silent: str) -> None:
 
 
 @pytest.mark.parametrize("how", ["skipped", "twice"])
-def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
+def test_a_missing_or_second_call_ends_the_block(how: str) -> None:
     """Source: docs/explanation/scan-model.md, one scan."""
     plc = picking()
     plc.until("PTP 20 at 50")
@@ -405,8 +427,11 @@ def test_a_call_that_is_missing_or_too_many_ends_it(how: str) -> None:
 
 
 @pytest.mark.parametrize("how", ["skipped", "twice"])
-def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> None:
-    """No command is running that could detect the loss. Source: scan-model.md, one scan."""
+def test_after_a_missing_or_second_call_no_command_is_sent(how: str) -> None:
+    """After a missing or second call between two commands, no command is sent.
+
+    Source: scan-model.md, one scan.
+    """
     plc = picking(**_SENSOR)
     plc["Twice"] = how == "twice"
     plc.start()
@@ -422,7 +447,7 @@ def test_a_call_that_is_missing_or_too_many_lets_no_command_out(how: str) -> Non
 
 
 @pytest.mark.parametrize("refused", ["", "PTP 20 at 50"])
-def test_execute_may_fall_at_once_and_the_end_is_shown_for_one_scan(refused: str) -> None:
+def test_if_execute_falls_at_once_the_end_is_shown_for_one_scan(refused: str) -> None:
     """Source: design of the library, 3."""
     plc = picking()
     plc.refuses = refused

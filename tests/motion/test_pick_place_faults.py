@@ -10,15 +10,15 @@ from pick_bench import PickBench, picking
 _PLAIN = ["DO(20) OFF", "PTP 10 at 50", "DO(20) ON", "PTP 20 at 50", "DO(20) OFF"]
 _ASKING = ["DI2?", "DO(20) OFF", "DI2?", "PTP 10 at 50", "DO(20) ON", "DI2?", "PTP 20 at 50"]
 _ASKING += ["DI2?", "DO(20) OFF", "DI2?"]
-#: A condition that is not met, and its error.
+#: Maps a condition that is not met to its ErrorID.
 _FAULTS = [
     *(("StopOk", False, 0x8007), ("SafeOk", False, 0x8003), ("SO00", True, 0x8003)),
     *(("SO03", True, 0x8004), ("SO02", False, 0x800C), ("SO01", False, 0x8002)),
     ("Connected", False, 0x8001),
 ]
-#: Events that end a work started in AUTO mode. A work may also start in MANUAL mode.
+#: Events that end the block if it was started in AUTO mode. A start in MANUAL mode is possible.
 _ENDS = [*_FAULTS, ("SO10", False, 0x8006)]
-#: Positions in _ASKING. The quick tier tests a reading of inputs, an output and a movement.
+#: Indices of _ASKING for the quick tier: a reading of inputs, an output and a movement.
 _PLACES = [
     pytest.param(place, marks=[] if place in (0, 1, 3) else pytest.mark.exhaustive)
     for place in range(len(_ASKING))
@@ -37,11 +37,11 @@ def _for_one_scan(plc: PickBench, name: str, value: bool) -> None:
     plc.scan()
     _set(plc, name, not value)
     if name.endswith("Ok"):
-        plc.scan()  # a pin of FB_WriteArea, which is called after the blocks
+        plc.scan()  # this is a pin of FB_WriteArea, which is called after the blocks
 
 
 def _let_another_command_out(plc: PickBench) -> None:
-    """Send an endless command of another block, so that the next command of the work waits."""
+    """Send an endless command of another block, so the next command of FB_PickPlace waits."""
     plc["Other.Execute"] = True
     plc.scan_until(lambda: plc.told[-1:] == ["date"], most=20)
     plc.scan(5)
@@ -55,8 +55,10 @@ def _let_that_command_end(plc: PickBench) -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize(("name", "value", "error"), _ENDS)
-def test_a_fault_between_commands_ends_it(engine: str, name: str, value: bool, error: int) -> None:
-    """The fault ends the block as it ends a table. Nothing continues after the fault.
+def test_a_fault_between_commands_ends_the_block(
+    engine: str, name: str, value: bool, error: int
+) -> None:
+    """A fault between two commands ends the block, and nothing continues after the fault.
 
     Source: manual chapter 5, 3.1 and 3.3; design of the library, 2
     """
@@ -72,7 +74,7 @@ def test_a_fault_between_commands_ends_it(engine: str, name: str, value: bool, e
 
 
 @pytest.mark.parametrize(("name", "value", "error"), _FAULTS)
-def test_a_fault_keeps_the_work_from_beginning(name: str, value: bool, error: int) -> None:
+def test_no_work_begins_during_a_fault(name: str, value: bool, error: int) -> None:
     """Source: manual chapter 5, 3.1 and 3.3."""
     plc = picking()
     _set(plc, name, value)
@@ -85,12 +87,12 @@ def test_a_fault_keeps_the_work_from_beginning(name: str, value: bool, error: in
 @pytest.mark.parametrize(
     ("out", "stage"), [("DO(20) ON", "CLOSE"), ("PTP 10 at 50", "CLOSE"), ("DI2?", "EMPTY")]
 )
-def test_a_fault_waits_for_the_end_of_a_command(
+def test_a_fault_ends_the_block_after_the_running_command(
     out: str, stage: str, name: str, value: bool, error: int
 ) -> None:
-    """A fault, even one that has gone by then, ends the work after the command.
+    """A fault during a command ends the block after the command, even if the fault is over.
 
-    The effect of the command counts.
+    The block remembers the effect of the command.
 
     Source: remote command guide chapter 2: no command can be taken back
     """
@@ -148,7 +150,9 @@ def test_a_command_that_waits_for_its_turn_is_withdrawn(
 @pytest.mark.parametrize("restart", [False, True])
 @pytest.mark.parametrize("again", [0, 1])
 def test_a_second_call_in_the_scan_of_an_error_sends_nothing(again: int, restart: bool) -> None:
-    """A call or a new edge in the next scan does not send anything either.
+    """After an error, a second call in the same scan sends no command.
+
+    A call or a new edge in the next scan does not send a command either.
 
     Source: scan-model.md, one scan.
     """
@@ -175,7 +179,9 @@ def test_a_second_call_in_the_scan_of_an_error_sends_nothing(again: int, restart
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> None:
-    """The controller would refuse the movement, or stop it at once.
+    """A movement begins only after the stop inputs have been ON for the interval.
+
+    Before that, the controller would refuse the movement or stop it at once.
 
     Source: manual chapter 5, 3.3; RCX_REF.Settled
     """
@@ -195,8 +201,10 @@ def test_a_movement_begins_when_the_stop_inputs_have_settled(engine: str) -> Non
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -> None:
-    """The robot may be anywhere by then, so the hand opens and the robot returns to the source.
+def test_a_close_command_that_was_not_sent_is_repeated_only_at_the_source(engine: str) -> None:
+    """If a close command was not sent, the next start opens the hand and returns to the source.
+
+    The robot may be at any place by then.
 
     Source: head of FB_PickPlace: before a close went out
     """
@@ -213,8 +221,10 @@ def test_a_close_that_did_not_go_out_is_not_made_up_for_elsewhere(engine: str) -
 
 
 @pytest.mark.parametrize(("name", "value"), [("SO00", True), ("StopOk", False)])
-def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value: bool) -> None:
-    """After the release was sent, a missing part is not an error: it is at the target.
+def test_a_part_that_falls_before_the_release_was_sent_is_lost(name: str, value: bool) -> None:
+    """A part that is missing before the release was sent is reported as lost.
+
+    After the release was sent, a missing part is not an error, because it is at the target.
 
     Source: docs/reference/errors.md, 16#8059
     """
@@ -234,8 +244,10 @@ def test_a_part_that_falls_before_the_release_went_out_is_lost(name: str, value:
 
 
 @pytest.mark.parametrize("part", [True, False])
-def test_after_a_release_that_went_out_the_hand_may_be_empty(part: bool) -> None:
-    """The robot moves to the target again and opens the hand, whatever the part sensor reports.
+def test_after_a_sent_release_the_hand_may_be_empty(part: bool) -> None:
+    """After a release was sent, the next start opens the hand at the target again.
+
+    The part sensor has no effect.
 
     Source: head of FB_PickPlace
     """
@@ -251,7 +263,7 @@ def test_after_a_release_that_went_out_the_hand_may_be_empty(part: bool) -> None
     assert plc.end[0] == ("Error" if part else "Done")
 
 
-def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
+def test_the_block_can_start_in_manual_mode_and_ignores_the_mode() -> None:
     """Source: docs/explanation/fidelity.md, program-mode: remote commands work in both modes."""
     plc = picking()
     plc.outputs(SO10=False)
@@ -265,7 +277,7 @@ def test_in_manual_mode_it_may_begin_and_the_mode_changes_nothing() -> None:
 
 
 def test_a_start_in_the_scan_of_an_error_is_refused() -> None:
-    """The block refuses a start while its earlier command still waits, because its pins are old.
+    """A start in the scan of an error is refused while the earlier command still waits.
 
     Source: docs/reference/errors.md, 16#8016
     """

@@ -1,4 +1,4 @@
-"""The gripper of FB_PickPlace: two outputs, confirmation, and parts that are lost or missing."""
+"""FB_PickPlace controls grippers with one or two outputs, and detects lost or missing parts."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def _made(name: str) -> Alone:
 
 
 def _part(name: str) -> Alone:
-    """Return a sub-block alone, with a controller that is ready."""
+    """Return a sub-block of FB_PickPlace alone, with a controller that is ready."""
     block = _made(name)
     block.restart()
     for path in ("Connected", "SO.SO01_CpuOk"):
@@ -33,7 +33,7 @@ def _ports(told: list[str]) -> list[str]:
     return [text for text in told if text.startswith("D")]
 
 
-def test_of_two_outputs_the_other_one_goes_off_first() -> None:
+def test_with_two_outputs_one_turns_off_before_the_other_turns_on() -> None:
     """Source: guide 4.5.1: DO(34) is port 3 bit 4, DO(177) port 17 bit 7."""
     plc = _bench(Gripper__CloseOutput=34, Gripper__OpenOutput=177)
     opened = ["DO(34) OFF", "DO(177) ON"]
@@ -41,8 +41,8 @@ def test_of_two_outputs_the_other_one_goes_off_first() -> None:
     assert plc.end[0] == "Done"
 
 
-def test_each_input_that_there_is_confirms() -> None:
-    """The inputs confirm that the hand is open, that it is closed, and that it has a part.
+def test_each_wired_input_confirms_a_state_of_the_hand() -> None:
+    """Each input that is wired confirms a state of the hand: open, closed, or with a part.
 
     Source: guide 4.5.1, reference of DI in port units.
     """
@@ -60,7 +60,9 @@ def test_each_input_that_there_is_confirms() -> None:
 
 
 def test_after_an_error_both_outputs_are_read() -> None:
-    """The closing output is read first, even if reading the opening output had no answer.
+    """After an error, both outputs of the hand are read, the closing output first.
+
+    This holds even if reading the opening output had no answer.
 
     Source: guide 4.5.1, I/O port reference; head of FB_PickPlace
     """
@@ -75,8 +77,11 @@ def test_after_an_error_both_outputs_are_read() -> None:
     assert plc.end[0] == "Done"
 
 
-def test_fingers_that_do_not_open_at_the_target_are_opened_there_again() -> None:
-    """The part in the hand was gripped at the source. Source: docs/reference/errors.md, 16#805A."""
+def test_a_hand_that_did_not_open_at_the_target_is_opened_there_again() -> None:
+    """If the hand does not open at the target, the next start opens it there again.
+
+    The part in the hand was gripped at the source. Source: docs/reference/errors.md, 16#805A.
+    """
     plc = _bench(Gripper__OpenedInput=43, Gripper__MaxWait="T#100ms")
     plc.inputs_on = {43}
     plc.until("PTP 20")
@@ -88,7 +93,7 @@ def test_fingers_that_do_not_open_at_the_target_are_opened_there_again() -> None
     assert plc.end[0] == "Done"
 
 
-def test_it_waits_until_the_gripper_has_moved() -> None:
+def test_the_block_waits_until_the_gripper_has_moved() -> None:
     """Source: a rule of this library."""
     plc = _bench(Gripper__ClosedInput=43, Gripper__MaxWait="T#1s")
     plc.until("DO(20) ON")
@@ -112,7 +117,9 @@ def test_it_waits_until_the_gripper_has_moved() -> None:
 def test_the_wait_for_an_input_ends_after_max_wait(
     pin: str, closes: bool, error_id: int, stage: str, limit: str, scans: int
 ) -> None:
-    """The controller answers every few scans. The default limit is 2 s.
+    """The wait for an input of the hand ends with an error after MaxWait (2 s by default).
+
+    The controller answers every few scans.
 
     Source: a rule of this library.
     """
@@ -124,7 +131,7 @@ def test_the_wait_for_an_input_ends_after_max_wait(
     assert plc.end == ("Error", error_id, stage, False)
 
 
-def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
+def test_a_part_that_was_not_gripped_is_fetched_again() -> None:
     """Source: a rule of this library."""
     plc = _bench(Gripper__PartInput=21, Gripper__MaxWait="T#100ms")
     plc.work()
@@ -136,8 +143,10 @@ def test_a_part_that_was_not_gripped_is_fetched_anew() -> None:
     assert plc.end == ("Done", 0, "PICK_START", False)
 
 
-def test_a_hand_that_is_not_empty_does_not_open_just_anywhere() -> None:
-    """If the hand has a part at the start, as after a restart of the PLC, it is not opened.
+def test_a_hand_with_a_part_is_not_opened_at_the_start() -> None:
+    """If the hand has a part at the start, the block does not open it and reports an error.
+
+    This can happen after a restart of the PLC.
 
     Source: a rule of this library.
     """
@@ -178,7 +187,7 @@ def test_a_part_that_is_lost_on_the_way_is_an_error_before_the_hand_opens(above:
     assert "DO(20) OFF" in plc.told[-4:], "the block begins with a new part"
 
 
-def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
+def test_before_continuing_with_a_part_the_sensor_is_read() -> None:
     """Source: a rule of this library."""
     plc = _bench(Gripper__PartInput=21)
     plc.follows = {21: 20}
@@ -190,8 +199,10 @@ def test_where_it_goes_on_with_a_part_it_looks_for_it_first() -> None:
     assert plc.end == ("Error", 0x8059, "PICK_START", False)
 
 
-def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
-    """A command cannot be withdrawn after it has been sent.
+def test_a_sensor_at_the_plc_ends_the_block_after_the_movement() -> None:
+    """A part sensor wired to the PLC ends the block after the movement that is running.
+
+    A command cannot be withdrawn after it has been sent.
 
     Source: guide 1.2; a rule of this library.
     """
@@ -212,7 +223,7 @@ def test_a_sensor_at_the_plc_ends_it_after_the_movement() -> None:
     assert plc.end[0] == "Done", "the error is reported once"
 
 
-def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
+def test_a_sensor_at_the_plc_is_checked_only_while_a_part_is_carried() -> None:
     """Source: a rule of this library."""
     plc = _bench()
     plc["Pick.PartLost"] = True
@@ -233,7 +244,7 @@ def test_that_sensor_counts_only_while_it_carries_a_part() -> None:
     )
 
 
-def test_it_settles_before_it_looks() -> None:
+def test_the_settle_time_ends_before_the_sensor_is_read() -> None:
     """Source: a rule of this library."""
     plc = _bench(Gripper__Settle="T#300ms", Gripper__ClosedInput=43)
     plc.inputs_on = {43}
@@ -246,7 +257,7 @@ def test_it_settles_before_it_looks() -> None:
 
 
 @pytest.mark.parametrize("silent", ["DI4?", "DO(20) ON"])
-def test_a_port_command_that_fails_ends_it_with_the_alarm(silent: str) -> None:
+def test_a_failed_port_command_ends_the_block_with_its_alarm(silent: str) -> None:
     """Source: guide 1.2, abnormal end."""
     plc = _bench(Gripper__ClosedInput=43)
     plc.refuses = silent
@@ -281,7 +292,7 @@ def _look() -> Alone:
 def _scan(block: Alone, pattern: int = 0) -> bool:
     """Run a scan.
 
-    `pattern` is the answer to a request of the previous scan: the bits of the port.
+    `pattern` has the bits of the port, as the answer to a request of the previous scan.
     """
     asked = bool(block["Robot.Inner.CodeRequest"])
     block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN" if asked else "PHASE_READY"
@@ -297,9 +308,9 @@ def _scan(block: Alone, pattern: int = 0) -> bool:
     [({20}, True, False), ({21}, False, True), (set(), False, False), ({20, 21}, False, False)],
 )
 def test_one_output_closes_and_the_other_opens(on: set[int], closed: bool, opened: bool) -> None:
-    """If both outputs are OFF, as after power-on, or both ON, the hand neither opens nor closes.
+    """One output closes the hand and the other opens it. If both are equal, its state is unknown.
 
-    An earlier reading does not matter.
+    Both are OFF after power-on. An earlier reading has no effect.
 
     Source: RCX_GRIPPER; guide 4.5.1: bit k of the answer is DO(20 + k)
     """
@@ -313,8 +324,10 @@ def test_one_output_closes_and_the_other_opens(on: set[int], closed: bool, opene
     assert (block["Block.Closed"], block["Block.Opened"]) == (closed, opened)
 
 
-def test_an_answer_that_comes_after_asks_fell_is_ignored() -> None:
-    """The next reading begins with the output that closes.
+def test_an_answer_after_asks_has_fallen_is_ignored() -> None:
+    """If Asks falls before the answer, the answer is ignored.
+
+    The next reading begins with the closing output.
 
     Source: FB_RcxPickLook: Asks stays TRUE until Passed or an error
     """
@@ -341,7 +354,7 @@ def test_the_block_that_reads_outputs_refuses_an_illegal_bit(asks: bool, number:
 
 
 def test_an_output_number_that_becomes_illegal_before_the_answer_is_an_error() -> None:
-    """The block does not look up a bit that does not exist.
+    """If an output number becomes illegal before the answer, the block reports an error.
 
     Source: guide 4.5.1: bits are 0 to 7.
     """

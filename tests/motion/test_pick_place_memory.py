@@ -11,7 +11,7 @@ from part_bench import AWAY, SOURCE, TARGET, PartBench
 
 _PLAIN = ["DO(20) OFF", "move 10", "DO(20) ON", "move 20", "DO(20) OFF"]
 _CALLS = {"no call": ("Call", False), "called twice": ("Twice", True), "early": ("Early", True)}
-#: Commands of another block, and the meaning of their data (guide 4.2.1, 4.2.17, 4.5.1, 4.7.4).
+#: Maps commands of another block to the meaning of their data (guide 4.2.1, 4.2.17, 4.5.1, 4.7.4).
 _OTHERS: dict[str, tuple[int, ...]] = {
     "moves": (0x001, 0, 0, 0, AWAY),
     "selects a shift": (0x03B, 0, 1),
@@ -30,7 +30,7 @@ _DISTURBANCES = [
 
 
 def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> PartBench:
-    """Return a bench that has sent command `place` (from 0), has met `what`, and has stopped."""
+    """Return a bench that was disturbed by `what` at command number `place` (from 0)."""
     bench = PartBench(engine, **kind)
     bench["Pick.Execute"] = True
     bench.scan()
@@ -68,7 +68,7 @@ def _begun(place: int, what: str = "", engine: str = "builtin", **kind: Any) -> 
 
 
 def _judge(place: int, what: str, after: str, **kind: Any) -> None:
-    """Continue until Done; the bench or this function fails on forbidden events."""
+    """Start the block until it is Done, and check that no part was dropped, doubled or missing."""
     bench = _begun(place, what, **kind)
     done = int(bench["Pick.Done"])
     assert bench.delivered >= done, "Done without a delivered part"
@@ -95,9 +95,9 @@ def _judge(place: int, what: str, after: str, **kind: Any) -> None:
 def test_each_disturbance_at_each_command_neither_drops_nor_doubles_a_part(what: str) -> None:
     """The hand opens only at the target, and Done means a delivered part.
 
-    A second part is fetched only after an error that requires a person to look.
+    A second part is fetched only after an error for which a person must look for the part.
 
-    Source: head of FB_PickPlace; the places are those of its order
+    Source: head of FB_PickPlace, order of the commands
     """
     for place in range(len(_PLAIN)):
         _judge(place, what, "moved", outputs=1, sensor=False)
@@ -108,8 +108,10 @@ def test_each_disturbance_at_each_command_neither_drops_nor_doubles_a_part(what:
 
 @pytest.mark.parametrize("how", _CALLS)
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_close_is_not_forgotten_because_the_next_call_is_missing(engine: str, how: str) -> None:
-    """The part is carried to the target from wherever the robot was moved.
+def test_a_close_command_is_remembered_if_the_next_call_is_missing(engine: str, how: str) -> None:
+    """If a call is missing after the close command, the block still carries the part to the target.
+
+    In the meantime, the robot was moved to another place.
 
     Source: docs/explanation/scan-model.md, one scan; guide 4.5.1, I/O port reference
     """
@@ -123,8 +125,10 @@ def test_a_close_is_not_forgotten_because_the_next_call_is_missing(engine: str, 
 
 
 @pytest.mark.parametrize("how", _CALLS)
-def test_a_release_is_not_forgotten_either(how: str) -> None:
-    """No second part is brought to the target, even if a sensor reports an empty hand.
+def test_a_release_is_remembered_if_the_next_call_is_missing(how: str) -> None:
+    """If a call is missing after the release command, no second part is brought to the target.
+
+    This holds even if a sensor reports an empty hand.
 
     Source: head of FB_PickPlace
     """
@@ -156,7 +160,7 @@ def test_a_hand_that_was_emptied_counts_as_empty_in_the_next_start_as_well() -> 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_after_a_refused_close_the_hand_counts_as_open(engine: str) -> None:
-    """The hand opens, and the robot returns to the source and closes it there.
+    """After a refused close command, the robot returns to the source and closes the hand there.
 
     Source: guide 1.2, abnormal end; 4.5.1
     """
@@ -170,7 +174,9 @@ def test_after_a_refused_close_the_hand_counts_as_open(engine: str) -> None:
 
 
 def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
-    """The part has fallen. Holds shows this, and the next start fetches another part.
+    """After a power cycle, a hand with one output is open and the part has fallen.
+
+    Holds is FALSE, and the next start fetches another part.
 
     Source: docs/explanation/fidelity.md: outputs are OFF after power-on
     """
@@ -182,7 +188,9 @@ def test_a_power_cycle_opens_a_hand_of_one_output() -> None:
 
 
 def test_a_power_cycle_after_the_error_is_reported_at_the_next_start() -> None:
-    """A person must look for the part first, since it may be anywhere.
+    """If the power is cycled after an error, the next start reports that the part is lost.
+
+    A person must look for the part first.
 
     Source: errors.md, 16#8059.
     """
@@ -194,8 +202,11 @@ def test_a_power_cycle_after_the_error_is_reported_at_the_next_start() -> None:
     assert bench.work() == "Done"
 
 
-def test_a_power_cycle_at_the_target_puts_the_part_down_there() -> None:
-    """The next start places no second part. Source: fidelity.md: outputs are OFF after power-on."""
+def test_a_power_cycle_at_the_target_releases_the_part_there() -> None:
+    """If the power is cycled at the target, the part is released there, and no second part follows.
+
+    Source: fidelity.md: outputs are OFF after power-on.
+    """
     bench = PartBench()
     bench["Pick.Gripper.PartInput"] = 30
     bench["Pick.Execute"] = True
@@ -206,7 +217,7 @@ def test_a_power_cycle_at_the_target_puts_the_part_down_there() -> None:
     assert (bench.told.count("move 10"), bench.delivered) == (1, 1)
 
 
-def test_a_power_cycle_leaves_a_hand_of_two_outputs_as_it_is() -> None:
+def test_a_power_cycle_does_not_move_a_hand_with_two_outputs() -> None:
     """Source: RCX_GRIPPER: OpenOutput is ON while it is open."""
     bench = _begun(5, "power cycle", outputs=2)
     assert (bench["Pick.Holds"], bench.held) == (True, True)
@@ -214,8 +225,8 @@ def test_a_power_cycle_leaves_a_hand_of_two_outputs_as_it_is() -> None:
     assert bench.delivered == 1
 
 
-def test_a_lost_link_with_a_part_in_the_hand_is_no_power_cycle() -> None:
-    """The state is unknown while the link is lost. The outputs are read afterwards.
+def test_a_lost_link_with_a_part_in_the_hand_is_not_a_power_cycle() -> None:
+    """A lost link does not mean that the power was cycled. The outputs are read afterwards.
 
     Source: guide 4.5.1.
     """
@@ -225,8 +236,11 @@ def test_a_lost_link_with_a_part_in_the_hand_is_no_power_cycle() -> None:
     assert bench.told.count("move 10") == bench.delivered == 1
 
 
-def test_a_power_cycle_without_a_call_of_the_block_is_seen_afterwards() -> None:
-    """Some programs call the block in certain states only. Source: RCX_ARBITRATION, Losses."""
+def test_a_power_cycle_without_a_call_of_the_block_is_detected_later() -> None:
+    """A power cycle is detected even if the block was not called at that time.
+
+    Some programs call the block in certain states only. Source: RCX_ARBITRATION, Losses.
+    """
     bench = _begun(4, "no call, refused")
     bench.moved_by_hand()
     bench["Call"] = False
@@ -237,9 +251,10 @@ def test_a_power_cycle_without_a_call_of_the_block_is_seen_afterwards() -> None:
 
 
 def test_an_unknown_state_of_the_hand_stays_an_error_until_hand_empty() -> None:
-    """Both outputs are OFF and the close command had no end, so the hand may hold a part or not.
+    """If the state of the hand is unknown, each start ends in 16#805E until HandEmpty.
 
-    With a sensor, HandEmpty is not needed.
+    Both outputs are OFF, and the close command had no end. With a part sensor, HandEmpty is not
+    needed.
 
     Source: head of FB_PickPlace, 16#805E
     """
@@ -253,8 +268,10 @@ def test_an_unknown_state_of_the_hand_stays_an_error_until_hand_empty() -> None:
     assert bench.work() in ("Done", "8058")
 
 
-def test_fingers_that_did_not_close_at_the_source_may_close_elsewhere() -> None:
-    """The input came after the robot was moved, so it is unknown what the hand holds.
+def test_a_hand_that_closes_late_has_an_unknown_state() -> None:
+    """If the hand closes only after the robot was moved away, the next start reports an error.
+
+    It is unknown whether the hand holds the part.
 
     Source: docs/reference/errors.md, 16#805A
     """
@@ -267,10 +284,10 @@ def test_fingers_that_did_not_close_at_the_source_may_close_elsewhere() -> None:
     assert bench.work() == "805E"
 
 
-def test_where_the_target_was_reached_the_part_is_put_down_there_again() -> None:
-    """The release was refused without being seen, so the robot moves to the target again.
+def test_after_an_undetected_refused_release_the_part_is_released_at_the_target() -> None:
+    """If a refused release was not detected, the next start releases the part at the target.
 
-    Source: its head.
+    Source: head of FB_PickPlace.
     """
     bench = _begun(4, "no call, refused")
     assert bench.held
@@ -280,7 +297,11 @@ def test_where_the_target_was_reached_the_part_is_put_down_there_again() -> None
 
 
 def test_a_power_cycle_that_begins_in_a_scan_without_a_call_is_reported_later() -> None:
-    """The work ends because it was not called. The part has fallen wherever the robot was.
+    """If the power is cycled during missing calls, the lost part is reported at a later start.
+
+    The missing calls end the block with 16#8013.
+
+    The part has fallen at the place where the robot was.
 
     Source: docs/reference/errors.md, 16#8013 and 16#8059
     """
@@ -298,8 +319,10 @@ def test_a_power_cycle_that_begins_in_a_scan_without_a_call_is_reported_later() 
     assert (bench.work(), bench.delivered) == ("Done", 1)
 
 
-def test_a_power_cycle_after_an_error_at_the_target_puts_no_part_down_there() -> None:
-    """The robot may have been moved after the error.
+def test_a_power_cycle_after_an_error_at_the_target_delivers_no_part() -> None:
+    """If the power is cycled after an error at the target, the part is not assumed to be there.
+
+    The robot may have been moved after the error.
 
     Source: head of FB_RcxPickMemory; errors.md.
     """
@@ -317,8 +340,10 @@ def test_a_power_cycle_after_an_error_at_the_target_puts_no_part_down_there() ->
 
 
 @pytest.mark.parametrize("place", [3, 4])
-def test_of_two_outputs_a_hand_that_stayed_open_fetches_its_part_anew(place: int) -> None:
-    """The close command was refused at the first or at the second output.
+def test_with_two_outputs_a_hand_that_stayed_open_fetches_its_part_again(place: int) -> None:
+    """If a hand with two outputs did not close, the next start fetches the part at the source.
+
+    The close command was refused at the first or at the second output.
 
     Source: guide 4.5.1.
     """
@@ -331,7 +356,7 @@ def test_of_two_outputs_a_hand_that_stayed_open_fetches_its_part_anew(place: int
     assert (bench.told.count("move 10"), bench.delivered) == (2, 1)
 
 
-def test_of_two_outputs_a_hand_that_is_closed_goes_on_with_its_part() -> None:
+def test_with_two_outputs_a_closed_hand_continues_with_its_part() -> None:
     """Source: head of FB_PickPlace: if they close it, the block continues the movement."""
     bench = _begun(5, "refused", outputs=2)
     bench.moved_by_hand()
@@ -341,8 +366,10 @@ def test_of_two_outputs_a_hand_that_is_closed_goes_on_with_its_part() -> None:
 
 
 @pytest.mark.parametrize("power", [False, True])
-def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: bool) -> None:
-    """If both outputs are OFF afterwards, the hand does not move.
+def test_if_the_hand_closed_late_a_sensor_shows_whether_it_has_a_part(power: bool) -> None:
+    """If the hand closed late, only a part sensor shows whether it holds a part.
+
+    If both outputs are OFF afterwards, the hand does not move.
 
     Source: docs/reference/errors.md, 16#805A and 16#805E: or wire PartInput
     """
@@ -358,10 +385,10 @@ def test_where_fingers_closed_late_a_sensor_says_whether_there_is_a_part(power: 
 
 
 @pytest.mark.parametrize("sensor", [False, True])
-def test_a_hand_that_another_block_closes_after_a_release(sensor: bool) -> None:
-    """The release was refused, so closing changes nothing.
+def test_a_hand_closed_by_another_block_after_a_refused_release(sensor: bool) -> None:
+    """If another block closes the hand after a refused release, 16#805E is reported.
 
-    Only a sensor can show whether there is a part.
+    With a part sensor, the block continues.
 
     Source: docs/reference/errors.md, 16#805E
     """
@@ -374,8 +401,10 @@ def test_a_hand_that_another_block_closes_after_a_release(sensor: bool) -> None:
 
 
 @pytest.mark.parametrize("outputs", [1, 2])
-def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(outputs: int) -> None:
-    """A hand with one output also opens without power, and the robot may have been elsewhere then.
+def test_after_a_release_and_a_lost_link_an_open_hand_has_released_its_part(outputs: int) -> None:
+    """After a release and a lost link, an open hand with two outputs has released its part.
+
+    A hand with one output also opens without power, perhaps at another place.
 
     Source: head of FB_RcxPickMemory: without power one output opens the hand
     """
@@ -387,8 +416,10 @@ def test_after_a_release_and_a_loss_an_open_hand_of_two_outputs_has_released(out
 
 
 @pytest.mark.parametrize("wrong", [0, 28])
-def test_a_refused_start_does_not_hide_that_another_block_switches_the_hand(wrong: int) -> None:
-    """The other block opens and closes the hand, so its content is unknown.
+def test_a_refused_start_still_detects_a_switch_of_the_hand_by_another_block(wrong: int) -> None:
+    """A refused start still detects that another block opens and closes the hand.
+
+    It is unknown whether the hand holds a part.
 
     Source: errors.md, 16#805E.
     """

@@ -18,7 +18,7 @@ _ROW = {"SourcePallet": 0, "TargetPallet": 39}
 
 
 def _numbers(low: int, high: int, *names: str) -> list[tuple[dict[str, Any], int]]:
-    """Return each pin with values at its limits and beyond."""
+    """Return values at and beyond the limits for each of these pins, with the expected ErrorID."""
     return [
         ({name: value}, 0x8044 * (not low <= value <= high))
         for name in names
@@ -93,8 +93,10 @@ def test_an_illegal_input_is_refused_at_once(pins: dict[str, Any], error: int) -
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_refusal_forgets_nothing(engine: str) -> None:
-    """With a part in the hand, the block continues where it was, with or without HandEmpty.
+def test_a_refused_start_keeps_the_state(engine: str) -> None:
+    """A refused start does not change the state: with a part in the hand, the block continues.
+
+    HandEmpty has no effect here.
 
     Source: head of FB_PickPlace
     """

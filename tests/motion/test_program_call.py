@@ -22,7 +22,7 @@ _TICKET = 5
 
 
 class Bench(PlcBench):
-    """The controller in its normal state, with a program that waits for a job.
+    """The controller in its normal state, with a robot program that waits for a job.
 
     Args:
         engine: The engine that runs the program.
@@ -49,13 +49,13 @@ class Bench(PlcBench):
         self._start = self.snapshot()
 
     def anew(self) -> Bench:
-        """Return to the initial state."""
+        """Reset the bench to its initial state."""
         self.restore(self._start)
         self.first = 2
         return self
 
     def show(self, **shown: int) -> None:
-        """Set the data that the robot program shows.
+        """Set the outputs and words of the robot program.
 
         Args:
             shown: ticket, outcome, value, word1, word2; acknowledged, complete (SO(20), SO(21)).
@@ -77,17 +77,17 @@ class Bench(PlcBench):
 
     @property
     def strobe(self) -> bool:
-        """Return SI(20) from the written area."""
+        """Return the strobe, SI(20), from the area that the block has written."""
         return bool(self.image[34] & 1)
 
     @property
     def ticket(self) -> int:
-        """Return the ticket from the written area."""
+        """Return the ticket from the area that the block has written."""
         return self.words[3]
 
     @property
     def error(self) -> int:
-        """Return ErrorID if there is an Error, else 0."""
+        """Return the ErrorID of the block if Error is TRUE, else 0."""
         return int(self["Call.ErrorID"]) if self["Call.Error"] else 0
 
     def execute(self, **pins: int | bool) -> None:
@@ -105,12 +105,12 @@ class Bench(PlcBench):
         self.scan_until(lambda: self.strobe, most=5)
 
     def take(self) -> None:
-        """Let the robot program accept the job: it shows the ticket and acknowledges."""
+        """Accept the job as the robot program: show its ticket, and acknowledge."""
         self.show(ticket=self.ticket, acknowledged=1, complete=0)
         self.scan()
 
     def finish(self, outcome: int = 1, value: int = 0) -> None:
-        """Let the robot program complete the job, and scan until the block has read this."""
+        """Complete the job as the robot program, and scan until the block has read the result."""
         self.show(outcome=outcome, value=value, complete=1)
         self.scan()
         self.show(acknowledged=0)
@@ -127,7 +127,7 @@ def _bench(engine: str = "builtin", *, words: bool = False, size: int = 48) -> B
 
 
 class Row(NamedTuple):
-    """A scan: the data that the robot program shows before it, and the outputs of the block."""
+    """Data of the robot program before a scan, and the outputs of the block after it."""
 
     acknowledged: int
     complete: int
@@ -159,7 +159,10 @@ _TABLE = (
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("words", [False, True], ids=["bytes", "words"])
 def test_each_scan_of_a_job_is_as_derived_by_hand(engine: str, words: bool) -> None:
-    """The rows are a second reading of the protocol. Source: docs/how-to/robot-program.md."""
+    """In each scan of a job, the outputs are those of the rows above.
+
+    The rows were derived by hand from the protocol. Source: docs/how-to/robot-program.md.
+    """
     plc = _bench(engine, words=words)
     for number, row in enumerate(_TABLE):
         plc["Call.Execute"] = number == 0
@@ -174,7 +177,7 @@ def test_each_scan_of_a_job_is_as_derived_by_hand(engine: str, words: bool) -> N
 
 @pytest.mark.parametrize("words", [False, True], ids=["bytes", "words"])
 def test_the_telegram_of_a_job(words: bool) -> None:
-    """Job 7 has ticket 6, SID(4) = -2, SIW(6) = 16#1234 and SIW(7) = 16#ABCD.
+    """The telegram of job 7 has ticket 6, SID(4) = -2, SIW(6) = 16#1234 and SIW(7) = 16#ABCD.
 
     SI(20) is bit 0 of n + 34, and the lower byte comes first.
 
@@ -190,7 +193,10 @@ def test_the_telegram_of_a_job(words: bool) -> None:
 
 
 def test_the_result_is_that_of_the_robot_program() -> None:
-    """The result is in SOD(4), SOW(6) and SOW(7). Source: chapter 1, 4.1; chapter 3, 2.2."""
+    """The result is the values of the robot program in SOD(4), SOW(6) and SOW(7).
+
+    Source: chapter 1, 4.1; chapter 3, 2.2.
+    """
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -202,8 +208,11 @@ def test_the_result_is_that_of_the_robot_program() -> None:
 
 
 @pytest.mark.parametrize("words", [False, True], ids=["bytes", "words"])
-def test_in_the_extended_area_it_needs_no_turn_of_the_commands(words: bool) -> None:
-    """The job uses words 24 to 29, SI(157), SO(70) and SO(71) during an endless command."""
+def test_in_the_extended_area_a_job_does_not_wait_for_commands(words: bool) -> None:
+    """With words 24 to 29, a job runs during an endless command.
+
+    It uses SI(157), SO(70) and SO(71).
+    """
     plc = _bench(words=words, size=256)
     for pin, value in {
         "FirstWord": 24,
@@ -266,7 +275,10 @@ def test_in_an_image_of_words_the_area_begins_at_an_even_byte() -> None:
 
 
 def test_a_job_that_is_not_acknowledged_ends_after_acknowledge_timeout() -> None:
-    """The strobe is reset 300 ms after the first scan. Source: errors.md, 16#8080."""
+    """If a job is not acknowledged, the block ends after AcknowledgeTimeout, here 300 ms.
+
+    Source: errors.md, 16#8080.
+    """
     plc = _bench()
     plc["Call.AcknowledgeTimeout"] = "T#300ms"
     plc.execute()
@@ -277,8 +289,10 @@ def test_a_job_that_is_not_acknowledged_ends_after_acknowledge_timeout() -> None
 
 
 @pytest.mark.parametrize("shown", ["ticket 0", "acknowledged"])
-def test_nothing_is_handed_over_to_a_program_that_is_not_ready(shown: str) -> None:
-    """The program shows no ticket, or still works on a job, which Timeout limits.
+def test_no_job_is_sent_to_a_program_that_is_not_ready(shown: str) -> None:
+    """No job is sent to a robot program that shows no ticket or still executes a job.
+
+    Timeout limits the wait.
 
     Source: errors.md.
     """
@@ -291,8 +305,8 @@ def test_nothing_is_handed_over_to_a_program_that_is_not_ready(shown: str) -> No
     assert not plc["Call.Open"]
 
 
-def test_a_job_that_is_not_completed_ends_after_timeout_and_can_be_asked_for() -> None:
-    """When the job is requested again, it has the same ticket and is complete.
+def test_a_job_that_is_not_completed_ends_after_timeout_and_can_be_requested_again() -> None:
+    """A job that is not completed within Timeout can be requested again, with the same ticket.
 
     Source: errors.md, 16#8081.
     """
@@ -312,8 +326,8 @@ def test_a_job_that_is_not_completed_ends_after_timeout_and_can_be_asked_for() -
     assert plc["Call.ResultValue"] == 11
 
 
-def test_without_limits_it_waits() -> None:
-    """With T#0s there is no limit."""
+def test_without_time_limits_the_block_waits_without_end() -> None:
+    """If the limits are T#0s, the block waits without an end."""
     plc = _bench()
     plc["Call.AcknowledgeTimeout"] = plc["Call.Timeout"] = "T#0s"
     plc.hand_over()
@@ -321,8 +335,11 @@ def test_without_limits_it_waits() -> None:
     assert plc["Call.Busy"]
 
 
-def test_a_stop_does_not_end_it_and_a_limit_says_that_the_program_stands() -> None:
-    """Stopped is TRUE. The next start of the program continues with the job. Source: 16#8082."""
+def test_a_stopped_program_is_shown_and_ends_the_block_only_at_the_limit() -> None:
+    """If the program is stopped, the block waits with Stopped TRUE until the time limit.
+
+    The next start of the program continues with the job. Source: 16#8082.
+    """
     plc = _bench()
     plc["Call.Timeout"] = "T#500ms"
     plc.hand_over()
@@ -353,8 +370,11 @@ def test_what_was_not_executed_is_an_error_and_the_next_job_is_a_new_one(
     assert plc.ticket == 7
 
 
-def test_a_program_that_was_reset_at_the_job_is_asked_for_it_with_the_same_ticket() -> None:
-    """The acknowledgement is gone, and the job is not complete. Source: 16#8083."""
+def test_a_program_reset_during_the_job_gets_it_again_with_the_same_ticket() -> None:
+    """A program that was reset during the job gets the job again with the same ticket.
+
+    The acknowledgement is OFF, and the job is not complete. Source: 16#8083.
+    """
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -366,8 +386,11 @@ def test_a_program_that_was_reset_at_the_job_is_asked_for_it_with_the_same_ticke
     assert plc.error == 0x8083
 
 
-def test_a_program_that_was_reset_before_the_result_was_read_is_asked_again() -> None:
-    """The result is read only while the program shows it as complete."""
+def test_a_program_reset_before_its_result_was_read_gets_the_job_again() -> None:
+    """If the program is reset before its result was read, the job is requested again.
+
+    A result is read only while the program shows the job as complete.
+    """
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -385,7 +408,7 @@ def test_a_program_that_was_reset_before_the_result_was_read_is_asked_again() ->
 
 @pytest.mark.parametrize("loss", ["Connected=0", "SO01=0"])
 @pytest.mark.parametrize("before", ["READY", "DATA", "STROBE", "WORK", "RESULT"])
-def test_a_loss_of_one_scan_ends_it_and_the_strobe_goes(loss: str, before: str) -> None:
+def test_a_loss_of_one_scan_ends_the_block_and_turns_the_strobe_off(loss: str, before: str) -> None:
     """Source: docs/reference/errors.md, 16#8001 and 16#8002."""
     plc = _bench()
     plc.execute()
@@ -407,8 +430,11 @@ def test_a_loss_of_one_scan_ends_it_and_the_strobe_goes(loss: str, before: str) 
     assert plc["Call.Open"] is (before not in ("READY", "DATA"))
 
 
-def test_another_job_is_refused_while_one_is_open_and_anew_gives_it_up() -> None:
-    """The ticket of the abandoned job is not used again, because it may still arrive.
+def test_another_job_is_refused_while_one_is_open_until_anew_abandons_it() -> None:
+    """While a job is open, another job is refused; Anew abandons the open job.
+
+    The ticket of the abandoned job is not used again, because the robot program may still receive
+    it.
 
     Source: 16#8085.
     """
@@ -430,8 +456,11 @@ def test_another_job_is_refused_while_one_is_open_and_anew_gives_it_up() -> None
     assert plc.words[7] == 1
 
 
-def test_a_program_that_still_has_a_job_that_was_given_up_is_waited_for() -> None:
-    """The program acknowledges ticket 6, so the strobe is reset until the program is ready."""
+def test_the_block_waits_for_a_program_that_still_has_an_abandoned_job() -> None:
+    """If the program still has an abandoned job, the block waits until the program is ready.
+
+    The program acknowledges ticket 6, so the strobe is reset meanwhile.
+    """
     plc = _bench()
     plc.hand_over()
     plc.change("Connected", to=False)
@@ -451,8 +480,11 @@ def test_a_program_that_still_has_a_job_that_was_given_up_is_waited_for() -> Non
 @pytest.mark.parametrize(
     ("shown", "ticket"), [(1, 2), (29_999, 30_000), (30_000, 1), (0x7FFF, 2768), (0xFFFF, 2768)]
 )
-def test_a_ticket_follows_the_one_that_is_shown(shown: int, ticket: int) -> None:
-    """Tickets are 1 to 30000, never 0. 32767 is 30000 + 2767, and the highest bit is ignored."""
+def test_the_next_ticket_follows_the_shown_ticket(shown: int, ticket: int) -> None:
+    """The ticket of a job follows the ticket that the robot program shows.
+
+    Tickets are 1 to 30000, never 0. 32767 counts as 2767, and the highest bit is ignored.
+    """
     plc = _bench()
     plc.show(ticket=shown)
     plc.hand_over()
@@ -460,8 +492,8 @@ def test_a_ticket_follows_the_one_that_is_shown(shown: int, ticket: int) -> None
 
 
 @pytest.mark.parametrize(("given", "ticket"), [(29_999, 1), (30_000, 2)])
-def test_a_ticket_that_was_given_up_is_passed_over(given: int, ticket: int) -> None:
-    """Ticket 30000 follows 29999 but belongs to an abandoned job, so the next ticket is 1."""
+def test_the_ticket_of_an_abandoned_job_is_skipped(given: int, ticket: int) -> None:
+    """The ticket of an abandoned job is skipped: 30000 follows 29999, but the next ticket is 1."""
     plc = _bench()
     plc.show(ticket=given)
     plc.hand_over()
@@ -472,8 +504,10 @@ def test_a_ticket_that_was_given_up_is_passed_over(given: int, ticket: int) -> N
     assert plc.ticket == ticket
 
 
-def test_while_the_strobe_is_on_no_command_takes_the_words_away() -> None:
-    """The job also waits for the end of a command that is on the wire.
+def test_while_the_strobe_is_on_no_command_uses_the_shared_words() -> None:
+    """While the strobe is ON, no remote command uses the shared words.
+
+    A job also waits for the end of a command that is on the wire.
 
     Source: chapter 1, 4.1: shared words.
     """
@@ -504,7 +538,7 @@ def test_while_the_strobe_is_on_no_command_takes_the_words_away() -> None:
     assert plc["Call.ResultValue"] == 3
 
 
-def test_a_command_that_does_not_end_blocks_it() -> None:
+def test_a_command_without_end_blocks_a_job() -> None:
     """Source: docs/reference/errors.md, 16#8012."""
     plc = _bench()
     plc["Call.AcknowledgeTimeout"] = "T#200ms"
@@ -518,8 +552,11 @@ def test_a_command_that_does_not_end_blocks_it() -> None:
     assert serving == following
 
 
-def test_a_scan_without_a_call_ends_it() -> None:
-    """The block may have lost its turn. Source: docs/reference/errors.md, 16#8013."""
+def test_a_scan_without_a_call_ends_the_job() -> None:
+    """A scan without a call ends the block, because it may have lost the channel.
+
+    Source: docs/reference/errors.md, 16#8013.
+    """
     plc = _bench()
     plc.hand_over()
     plc["Called"] = False
@@ -530,9 +567,9 @@ def test_a_scan_without_a_call_ends_it() -> None:
 
 
 def test_words_beside_a_status_are_not_read() -> None:
-    """The controller shows a status that was not requested.
+    """While a status is shown, the words of the robot program are not read.
 
-    During a status, SOW(2) to SOW(7) do not belong to the robot program.
+    SOW(2) to SOW(7) then belong to a command. The controller shows a status that was not requested.
 
     Source: chapter 1, 4.1: shared words.
     """
@@ -555,8 +592,11 @@ def test_words_beside_a_status_are_not_read() -> None:
     assert plc["Call.ResultValue"] == 8
 
 
-def test_the_result_of_another_ticket_is_not_taken() -> None:
-    """The robot program was started with other data: the job is requested again, ticket 6."""
+def test_the_result_of_another_ticket_is_ignored() -> None:
+    """The result of another ticket is ignored, and the job is requested again with ticket 6.
+
+    The robot program was restarted with other data.
+    """
     plc = _bench()
     plc.hand_over()
     plc.take()
@@ -568,8 +608,11 @@ def test_the_result_of_another_ticket_is_not_taken() -> None:
     assert plc["Call.ResultValue"] == 2
 
 
-def test_execute_that_rises_again_changes_nothing_while_it_is_busy() -> None:
-    """The block sampled its pins at the start. Source: docs/reference/blocks.md."""
+def test_a_new_edge_of_execute_while_busy_has_no_effect() -> None:
+    """A new edge of Execute while the block is Busy has no effect.
+
+    Source: docs/reference/blocks.md.
+    """
     plc = _bench()
     plc.hand_over()
     area = plc.image[:48]

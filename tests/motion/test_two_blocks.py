@@ -1,4 +1,4 @@
-"""Two blocks on one robot: blocks of several commands detect other commands, and end."""
+"""A block of several commands ends if another block moves the same robot or its hand."""
 
 from __future__ import annotations
 
@@ -79,8 +79,14 @@ def _sent(bench: PartBench, count: int) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_movement_between_two_commands_ends_it_before_the_hand_opens(engine: str) -> None:
-    """The hand opens only at the target, after the next Execute.
+def test_a_foreign_movement_between_two_commands_ends_the_block_before_the_hand_opens(
+    engine: str,
+) -> None:
+    """If another block moves the robot between two commands, FB_PickPlace ends.
+
+    The hand stays closed.
+
+    The hand opens only at the target, after the next Execute.
 
     Source: design of the library, 3; head of FB_PickPlace
     """
@@ -98,7 +104,9 @@ def test_a_movement_between_two_commands_ends_it_before_the_hand_opens(engine: s
 
 @pytest.mark.parametrize("name", _HARMFUL | _HAND)
 def test_a_command_that_moves_the_robot_its_points_or_the_hand_ends_the_work(name: str) -> None:
-    """The commands are sent between source and closing, and between target and release.
+    """A command that moves the robot, its points or the hand ends the work of FB_PickPlace.
+
+    It is sent between source and closing, and between target and release.
 
     Source: guide 4.2, 4.5.1, 4.6
     """
@@ -115,7 +123,7 @@ def test_a_command_that_moves_the_robot_its_points_or_the_hand_ends_the_work(nam
 
 
 @pytest.mark.parametrize("name", _HARMLESS)
-def test_a_command_that_changes_nothing_for_the_work_lets_it_go_on(name: str) -> None:
+def test_a_command_without_effect_on_the_work_does_not_end_it(name: str) -> None:
     """Source: guide 4.2 to 4.8."""
     bench = PartBench()
     for count in (2, 4):
@@ -126,7 +134,7 @@ def test_a_command_that_changes_nothing_for_the_work_lets_it_go_on(name: str) ->
     assert len(bench.told) == 7
 
 
-def test_blocks_that_read_and_set_the_speed_work_beside_it() -> None:
+def test_blocks_that_read_and_set_the_speed_do_not_end_the_work() -> None:
     """Source: heads of FB_Override and FB_ToolPosition."""
     bench = PartBench()
     for name, value in (("Speed.Percent", 60), ("Speed.Pace", "T#10ms"), ("Place.Period", "T#0s")):
@@ -139,8 +147,8 @@ def test_blocks_that_read_and_set_the_speed_work_beside_it() -> None:
     assert bench.told.count("039") >= 2
 
 
-def test_a_movement_is_waited_for_however_long_it_takes() -> None:
-    """The work has sent no command yet. Its first command is sent after the movement.
+def test_the_block_waits_for_the_end_of_a_foreign_movement() -> None:
+    """If another block moves the robot at the start, the block waits for the end of the movement.
 
     Source: docs/explanation/scan-model.md, two blocks on one robot
     """
@@ -156,8 +164,11 @@ def test_a_movement_is_waited_for_however_long_it_takes() -> None:
     assert (bench.end[0], bench.told[0]) == ("Done", "move 30")
 
 
-def test_a_switch_of_the_hand_that_ends_in_the_scan_of_the_start_is_no_harm() -> None:
-    """The switch has ended before the work sends a command. Source: scan-model.md, two blocks."""
+def test_a_switch_of_the_hand_that_ends_in_the_scan_of_the_start_is_harmless() -> None:
+    """If another block switches the hand until the scan of the start, the block works normally.
+
+    Source: scan-model.md, two blocks.
+    """
     bench = PartBench()
     bench.foreign = True
     bench.send(0x301, 0, 0x1020, 0)
@@ -170,8 +181,8 @@ def test_a_switch_of_the_hand_that_ends_in_the_scan_of_the_start_is_no_harm() ->
 
 
 @pytest.mark.parametrize("signal", _SEQUENCES)
-def test_a_start_input_that_goes_on_ends_it(signal: str) -> None:
-    """The input starts or resets a program, or returns the robot to its origin.
+def test_a_start_input_that_turns_on_ends_the_block(signal: str) -> None:
+    """If a dedicated input starts or resets a program or a return-to-origin, the block ends.
 
     Source: manual chapter 5, 2.1: SI(12), SI(14), SI(15), SI(17)
     """
@@ -191,8 +202,8 @@ def test_a_start_input_that_goes_on_ends_it(signal: str) -> None:
     assert (bench.held, bench.told[-1]) == (True, "move 20"), "the hand does not open"
 
 
-def test_a_robot_program_that_begins_ends_it() -> None:
-    """A robot program that has run since before the start does not end the block.
+def test_a_robot_program_that_starts_ends_the_block() -> None:
+    """A robot program that starts ends the block; a program that already runs does not.
 
     Source: manual chapter 5, 2.2: SO(13).
     """
@@ -209,7 +220,7 @@ def test_a_robot_program_that_begins_ends_it() -> None:
     assert bench.end == ("Error", 0x805D, True)
 
 
-def test_a_robot_program_that_begins_while_robot_2_moves_ends_it() -> None:
+def test_a_robot_program_that_starts_while_robot_2_moves_ends_the_block() -> None:
     """A robot program that starts ends the work, because it may move either robot.
 
     Source: manual chapter 5, 2.2: SO(13).
@@ -240,8 +251,11 @@ def test_no_other_block_may_switch_one_of_two_outputs_of_the_hand() -> None:
         assert bench.end[:2] == ("Error", 0x805D)
 
 
-def test_outputs_of_the_hand_are_known_however_they_are_written() -> None:
-    """The other block writes a bit or a port. Source: guide 4.5.1."""
+def test_a_write_to_an_output_of_the_hand_is_detected_as_bit_and_as_port() -> None:
+    """A command that writes an output of the hand is detected, as a bit and as a port.
+
+    Source: guide 4.5.1.
+    """
     block = Alone("FB_RcxMayGoOn", {"Robot": "RCX_REF"}, "builtin")
     block["Block.HasHand"] = True
     block["Robot.Inner.Phase"] = "PHASE_COMMAND_RUN"
@@ -254,7 +268,9 @@ def test_outputs_of_the_hand_are_known_however_they_are_written() -> None:
 
 
 def test_a_second_block_of_several_commands_is_refused() -> None:
-    """The first block continues. The second may start in the scan in which the first ends.
+    """A second block of several commands on the same robot is refused, and the first continues.
+
+    The second may start in the scan in which the first ends.
 
     Source: docs/explanation/scan-model.md, two blocks on one robot
     """
@@ -271,7 +287,10 @@ def test_a_second_block_of_several_commands_is_refused() -> None:
 
 
 def test_blocks_for_two_robots_of_one_controller_work_side_by_side() -> None:
-    """Each robot has its own hand. Source: guide 3.1, robot designation."""
+    """Blocks for two robots of one controller work at the same time. Each robot has its own hand.
+
+    Source: guide 3.1, robot designation.
+    """
     bench = PartBench()
     bench["Second.RobotNumber"] = 2
     bench["Second.Gripper.CloseOutput"] = 24
@@ -281,8 +300,10 @@ def test_blocks_for_two_robots_of_one_controller_work_side_by_side() -> None:
     assert bench["Second.Done"]
 
 
-def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() -> None:
-    """The part may be released after HandEmpty, or after the first block has placed it.
+def test_a_part_left_in_the_hand_by_one_block_is_not_dropped_by_another() -> None:
+    """If a block has left a part in the hand, another block does not open the hand.
+
+    It may do so after HandEmpty, or after the first block has placed the part.
 
     Source: head of FB_PickPlace
     """
@@ -303,8 +324,10 @@ def test_a_part_that_one_block_has_left_in_the_hand_is_not_dropped_by_another() 
         )
 
 
-def test_of_a_start_that_is_refused_hand_empty_does_not_count() -> None:
-    """The other block works, and its part is in the hand.
+def test_hand_empty_of_a_refused_start_has_no_effect() -> None:
+    """If a start is refused, its HandEmpty has no effect.
+
+    Another block works, and its part is in the hand.
 
     Source: docs/explanation/scan-model.md, two blocks on one robot
     """
@@ -319,7 +342,10 @@ def test_of_a_start_that_is_refused_hand_empty_does_not_count() -> None:
 
 
 def test_a_table_may_move_the_robot_with_a_part_in_the_hand() -> None:
-    """A table does not open the hand. Source: head of FB_RcxClaim."""
+    """A table may move the robot with a part in the hand, because a table does not open it.
+
+    Source: head of FB_RcxClaim.
+    """
     bench = PartBench()
     _sent(bench, 4)
     bench.fault = "refused"
@@ -340,8 +366,8 @@ def test_a_table_for_a_robot_that_does_not_exist_is_refused(number: int) -> None
     assert bench.work() == "Done"
 
 
-def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
-    """The robot is free after a scan without a call.
+def test_a_block_that_is_no_longer_called_releases_the_robot() -> None:
+    """If a block is no longer called, the robot is free for other blocks after one scan.
 
     Source: docs/explanation/scan-model.md, two turns.
     """
@@ -354,7 +380,10 @@ def test_a_block_that_is_called_no_more_gives_the_robot_back() -> None:
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_table_ends_if_another_block_moves_the_robot(engine: str) -> None:
-    """A movement at a row with CallNumber does not end it. Source: head of FB_MoveTable."""
+    """If another block moves the robot, the table ends, except at a row with CallNumber.
+
+    Source: head of FB_MoveTable.
+    """
     bench = PartBench(engine)
     for row, point in ((1, 20), (2, 40)):
         bench[f"Moves[{row}].Kind"], bench[f"Moves[{row}].Point"] = "MOVE_PTP", point

@@ -30,7 +30,7 @@ def _press(plc: PlcBench, pin: str) -> None:
 
 
 def _running(block: str = "Bare") -> PlcBench:
-    """Return a bench with a cycle that has powered up and requests its work."""
+    """Return a bench with a cycle that has powered up, with Run TRUE."""
     plc = _bench()
     _press(plc, f"{block}.Start")
     plc.scan_until(lambda: bool(plc[f"{block}.Run"]))
@@ -60,8 +60,8 @@ def _end(plc: PlcBench, status: int = 0x0200) -> None:
     plc.answer(0)
 
 
-def test_start_powers_up_and_the_work_follows_again_and_again() -> None:
-    """Run falls for a scan after each work.
+def test_start_powers_up_and_then_the_work_is_repeated() -> None:
+    """Start powers up the robot, then the work is repeated. Run falls for a scan after each work.
 
     Source: a rule of this library; servo on: chapter 5, 3.1.
     """
@@ -84,8 +84,11 @@ def test_start_powers_up_and_the_work_follows_again_and_again() -> None:
         assert _shown(plc, "Cycle") == _RUN
 
 
-def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
-    """The work is counted once. Source: a rule of this library."""
+def test_run_stays_false_as_long_as_workdone_is_true() -> None:
+    """Run stays FALSE as long as WorkDone is TRUE. The work is counted once.
+
+    Source: a rule of this library.
+    """
     plc = _running()
     plc["Bare.WorkDone"] = True
     for _ in range(5):
@@ -97,8 +100,10 @@ def test_run_stays_away_as_long_as_the_work_shows_its_end() -> None:
     assert _shown(plc) == _RUN
 
 
-def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
-    """The cycle continues only after a new Start.
+def test_lost_auto_mode_is_a_fault_after_the_running_command() -> None:
+    """If AUTO mode is lost, the cycle ends with a fault after the command on the wire has ended.
+
+    The cycle continues only after a new Start.
 
     Source: head of FB_WorkCycle; errors.md, 16#8006.
     """
@@ -126,8 +131,10 @@ def test_auto_mode_that_is_lost_is_a_fault_once_no_command_is_out() -> None:
 
 
 @pytest.mark.parametrize("later", [0, 1, 5])
-def test_a_work_whose_end_comes_with_the_fault_or_after_it_is_counted(later: int) -> None:
-    """The work is counted once. A work that ends with an error is not counted.
+def test_a_work_that_ends_with_or_after_a_fault_is_counted(later: int) -> None:
+    """A work that ends in the scan of a fault, or after it, is counted once.
+
+    A work that ends with an error is not counted.
 
     Source: comment of Count.
     """
@@ -151,7 +158,9 @@ def test_a_work_whose_end_comes_with_the_fault_or_after_it_is_counted(later: int
 
 
 def test_only_work_that_the_cycle_began_is_counted() -> None:
-    """A WorkDone in the first call or without a Start is not counted.
+    """WorkDone is counted only if the cycle has started the work.
+
+    WorkDone in the first call or without a Start is not counted.
 
     Source: comment of Count.
     """
@@ -164,7 +173,7 @@ def test_only_work_that_the_cycle_began_is_counted() -> None:
     assert plc["Bare.Count"] == 0
 
 
-def test_stop_ends_it_once_the_work_under_way_is_done() -> None:
+def test_stop_ends_the_cycle_after_the_running_work() -> None:
     """Source: a rule of this library."""
     plc = _running("Cycle")
     plc.scan_until(lambda: plc.words[0] != 0)
@@ -182,7 +191,7 @@ def test_stop_ends_it_once_the_work_under_way_is_done() -> None:
     assert _shown(plc, "Cycle") == _RUN, "the stop belonged to the last cycle"
 
 
-def test_start_takes_a_stop_back_but_not_while_it_is_pressed() -> None:
+def test_start_cancels_a_stop_after_stop_was_released() -> None:
     """Source: a rule of this library."""
     plc = _running()
     _press(plc, "Bare.Stop")
@@ -194,7 +203,7 @@ def test_start_takes_a_stop_back_but_not_while_it_is_pressed() -> None:
     assert _shown(plc) == _STOP
 
 
-def test_after_stop_it_is_idle_in_the_scan_in_which_the_work_is_done() -> None:
+def test_after_stop_the_cycle_is_idle_in_the_scan_of_workdone() -> None:
     """Source: a rule of this library."""
     plc = _running()
     _press(plc, "Bare.Stop")
@@ -203,7 +212,7 @@ def test_after_stop_it_is_idle_in_the_scan_in_which_the_work_is_done() -> None:
     assert _shown(plc) == _IDLE
 
 
-def test_stop_between_two_works_begins_no_other() -> None:
+def test_after_a_stop_between_two_works_no_work_begins() -> None:
     """Source: a rule of this library."""
     plc = _running()
     plc["Bare.WorkDone"] = True
@@ -214,8 +223,11 @@ def test_stop_between_two_works_begins_no_other() -> None:
 
 
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
-def test_stop_while_it_powers_up_begins_no_work(when: str) -> None:
-    """A Start while Stop is TRUE has no effect. Source: a rule of this library."""
+def test_after_a_stop_during_power_up_no_work_begins(when: str) -> None:
+    """After a Stop during power-up, no work begins. A Start while Stop is TRUE has no effect.
+
+    Source: a rule of this library.
+    """
     plc = _bench()
     plc["Bare.Stop"] = when == "before"
     _press(plc, "Bare.Start")
@@ -228,7 +240,10 @@ def test_stop_while_it_powers_up_begins_no_work(when: str) -> None:
 
 
 def test_the_first_fault_is_shown_until_reset_and_then_start_works_again() -> None:
-    """Source: guide 1.2, abnormal end; design of the examples: nothing restarts by itself."""
+    """The first fault is shown until Reset. Afterwards Start works again.
+
+    Source: guide 1.2, abnormal end; a rule of this library: nothing restarts by itself.
+    """
     plc = _running("Cycle")
     _end(plc, 0x4000)
     plc.scan()
@@ -250,7 +265,7 @@ def test_the_first_fault_is_shown_until_reset_and_then_start_works_again() -> No
     plc.scan_until(lambda: bool(plc["Cycle.Run"]))
 
 
-def test_another_error_of_the_work_does_not_take_the_place_of_the_first() -> None:
+def test_a_later_error_of_the_work_does_not_replace_the_first() -> None:
     """Source: a rule of this library."""
     plc = _running()
     for error_id, group in ((0x8020, 1), (0x8059, 2), (0x8020, 3), (0, 4)):
@@ -260,8 +275,11 @@ def test_another_error_of_the_work_does_not_take_the_place_of_the_first() -> Non
         assert plc["Bare.AlarmGroup"] == 1
 
 
-def test_reset_counts_with_its_edge_and_in_a_safe_cell_only() -> None:
-    """A button that was TRUE before acknowledges nothing. Source: a rule of this library."""
+def test_reset_acts_only_with_its_edge_in_a_safe_cell() -> None:
+    """Reset acts only on its rising edge and while the cell is safe.
+
+    Source: a rule of this library.
+    """
     plc = _running()
     plc["Bare.WorkErrorID"] = 0x8011
     plc["Bare.Reset"] = True
@@ -300,8 +318,10 @@ def test_reset_without_a_fault_does_nothing(state: str) -> None:
     assert _shown(plc) == before
 
 
-def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None:
-    """If the work is called after the cycle, the cycle sees the work's end one scan later.
+def test_reset_acknowledges_an_error_shown_in_the_same_scan() -> None:
+    """Reset also acknowledges an error of the work that is shown in the same scan.
+
+    If the work is called after the cycle, the cycle reads the end of the work one scan later.
 
     Source: a rule of this library.
     """
@@ -316,7 +336,10 @@ def test_reset_acknowledges_the_error_that_the_work_shows_in_that_scan() -> None
 
 
 def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
-    """The work may end long after its cycle. Source: a rule of this library."""
+    """An error of the work is a fault in every state: the work may end long after its cycle.
+
+    Source: a rule of this library.
+    """
     plc = _bench()
     plc["Bare.WorkErrorID"] = 0x8011
     plc.scan()
@@ -328,7 +351,9 @@ def test_an_error_of_the_work_is_a_fault_in_every_state() -> None:
 )
 @pytest.mark.parametrize("when", ["before", "meanwhile"])
 def test_a_start_without_link_or_cell_is_a_fault(cause: str, error_id: int, when: str) -> None:
-    """The start is not delayed, because a closing door or a plugged cable must not start the robot.
+    """A start without a link or a safe cell is a fault and is not delayed.
+
+    A closing door or a plugged cable must not start the robot.
 
     Source: a rule of this library.
     """
@@ -368,8 +393,10 @@ def test_a_power_up_that_fails_is_a_fault() -> None:
 
 
 @pytest.mark.parametrize("back", [True, False])
-def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
-    """After an immediate loss of the link, the power-up waits for at most 60 s.
+def test_a_power_up_that_ends_after_its_cycle_starts_no_work(back: bool) -> None:
+    """A power-up that ends after its cycle starts no work.
+
+    If the link is lost at once, the power-up waits for at most 60 s.
 
     Source: a rule of this library.
     """
@@ -385,7 +412,7 @@ def test_a_power_up_that_outlives_its_cycle_begins_nothing(back: bool) -> None:
     assert not plc["Bare.Powering.Busy"]
 
 
-def test_a_power_up_that_fails_later_does_not_take_the_place_of_the_first_fault() -> None:
+def test_a_later_failure_of_the_power_up_does_not_replace_the_first_fault() -> None:
     """Source: a rule of this library."""
     plc = _bench()
     plc.outputs(SO02=False, SO04=False)
@@ -398,8 +425,11 @@ def test_a_power_up_that_fails_later_does_not_take_the_place_of_the_first_fault(
 
 
 @pytest.mark.parametrize("cause", ["link", "SO01", "SO02"])
-def test_a_loss_while_the_cycle_is_idle_is_no_fault(cause: str) -> None:
-    """Only the work of the cycle needs the connection. Source: a rule of this library."""
+def test_a_lost_link_while_the_cycle_is_idle_is_not_a_fault(cause: str) -> None:
+    """A lost link while the cycle is idle is not a fault: only the work needs the connection.
+
+    Source: a rule of this library.
+    """
     plc = _bench()
     if cause == "link":
         plc["Connected"] = False
@@ -410,7 +440,7 @@ def test_a_loss_while_the_cycle_is_idle_is_no_fault(cause: str) -> None:
 
 
 @pytest.mark.parametrize(("cause", "error_id"), [("link", 0x8001), ("SO01", 0x8002)])
-def test_a_lost_controller_is_a_fault_whatever_the_work_does(cause: str, error_id: int) -> None:
+def test_a_lost_controller_is_always_a_fault(cause: str, error_id: int) -> None:
     """Source: manual chapter 1, 5.2."""
     plc = _running()
     _press(plc, "Bare.Stop")
@@ -422,8 +452,11 @@ def test_a_lost_controller_is_a_fault_whatever_the_work_does(cause: str, error_i
     assert _shown(plc) == _fault(error_id)
 
 
-def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
-    """The work may wait for another robot, without a command. Source: manual chapter 5, 3.1."""
+def test_lost_servos_are_a_fault_at_once_if_no_command_runs() -> None:
+    """If the servos turn OFF while no command runs, the cycle reports a fault at once.
+
+    The work may be waiting for another robot. Source: manual chapter 5, 3.1.
+    """
     plc = _running()
     plc["EmergencyStopOk"] = False
     plc.scan(20)
@@ -433,8 +466,11 @@ def test_lost_servos_are_a_fault_at_once_where_no_command_is_out() -> None:
     assert _shown(plc) == _fault(0x800C)
 
 
-def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
-    """The command ends with alarm 12.600. Source: guide 1.2."""
+def test_if_servos_are_lost_during_a_command_its_alarm_is_reported() -> None:
+    """If the servos turn OFF during a command, the cycle reports the alarm of the command (12.600).
+
+    Source: guide 1.2.
+    """
     plc = _running("Cycle")
     plc.scan_until(lambda: plc.words[0] != 0)
     plc.outputs(SO02=False)
@@ -445,8 +481,11 @@ def test_of_lost_servos_the_command_that_is_out_says_more() -> None:
     assert _shown(plc, "Cycle") == _fault(0x8020)
 
 
-def test_a_command_of_another_block_hides_lost_servos_for_a_second() -> None:
-    """Such a command is a continuous output of the position. Source: a rule of this library."""
+def test_during_a_command_of_another_block_lost_servos_are_reported_after_a_second() -> None:
+    """If a command of another block runs, lost servos are reported after one second.
+
+    An example is a continuous output of the position. Source: a rule of this library.
+    """
     plc = _running()
     plc["Other.Execute"] = True
     plc.scan_until(lambda: plc.words[0] != 0)
@@ -458,7 +497,7 @@ def test_a_command_of_another_block_hides_lost_servos_for_a_second() -> None:
     assert _shown(plc) == _fault(0x800C)
 
 
-def test_the_count_does_not_begin_again_below_zero() -> None:
+def test_the_count_does_not_overflow() -> None:
     """Source: IEC 61131-3: DINT is up to 2147483647."""
     plc = _running()
     plc["Bare.Count"] = 2_147_483_646
@@ -470,10 +509,12 @@ def test_the_count_does_not_begin_again_below_zero() -> None:
         assert plc["Bare.Count"] == count
 
 
-def test_a_start_that_is_true_in_the_first_scan_has_not_been_pressed() -> None:
-    """The button may be stuck or held during a restart of the PLC. Nothing starts by itself.
+def test_a_start_that_is_true_in_the_first_scan_is_ignored() -> None:
+    """A Start that is TRUE in the first scan has no effect.
 
-    Source: the block's own sentence; FB_Operator takes its keys the same way.
+    The button may be stuck, or held during a restart of the PLC. Nothing starts by itself.
+
+    Source: head of FB_WorkCycle; FB_Operator treats its keys in this way.
     """
     plc = PlcBench(program=ROOT / "tests/data/library/WorkCycle.st")
     plc["Bare.Start"] = True

@@ -1,4 +1,4 @@
-"""Enable pytest inside pytest, for the tests of a project that `rcx new` has written."""
+"""Load the plugin `pytester`, which runs the tests of a project written by `rcx new`."""
 
 from __future__ import annotations
 

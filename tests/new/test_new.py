@@ -43,10 +43,10 @@ def _files(folder: Path) -> set[str]:
     return {path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file()}
 
 
-def test_its_tests_pass(pytester: pytest.Pytester) -> None:
-    """Normal run, emergency stop, alarm and loss of the link have a test file each.
+def test_the_tests_of_a_new_project_pass(pytester: pytest.Pytester) -> None:
+    """The tests of a new project pass, and execute every statement and branch of its program.
 
-    Together they execute every statement and branch of the program.
+    Normal run, emergency stop, alarm and loss of the link have a test file each.
     """
     assert main(["new", "."]) == 0
     options = ("--rcx-engine=builtin", "--rcx-coverage", "--rcx-cover-fail-under=100")
@@ -64,8 +64,10 @@ def test_its_tests_pass_with_areas_of_256_bytes(pytester: pytest.Pytester) -> No
 
 
 @pytest.mark.exhaustive
-def test_its_tests_fail_where_the_program_restarts_by_itself(pytester: pytest.Pytester) -> None:
-    """The tests of a template must detect faults."""
+def test_the_tests_of_a_new_project_detect_a_program_that_restarts_by_itself(
+    pytester: pytest.Pytester,
+) -> None:
+    """If the program of a new project restarts by itself, one test of the project fails."""
     assert main(["new", "."]) == 0
     program = Path("plc/PickAndPlace.st")
     source = program.read_text(encoding="utf-8")
@@ -126,10 +128,10 @@ def test_each_of_them_ends_with_0_in_a_new_project(
 
 
 @pytest.mark.exhaustive
-def test_mutants_of_it_are_tried_with_its_tests(
+def test_mutants_of_a_new_project_are_tried_with_its_tests(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """Trying all mutants with all tests takes minutes."""
+    """`rcx mutants` works in a new project. The option `--minutes 0` ends it early."""
     monkeypatch.chdir(tmp_path)
     monkeypatch.delenv("PYTEST_ADDOPTS", raising=False)
     assert main(["new", "."]) == 0
@@ -233,7 +235,10 @@ def test_a_folder_with_files_is_refused_and_stays_as_it_is(
 
 @pytest.mark.parametrize("model", ["YK400XE", "YK1200XG", "SXYX"])
 def test_a_named_robot_reaches_both_points(tmp_path: Path, model: str) -> None:
-    """The `robot` line comes before the tables, and the points are within the soft limits."""
+    """With a robot type in robot.toml, the robot still reaches both points.
+
+    The `robot` line comes before the tables, and the points are within the soft limits.
+    """
     assert main(["new", str(tmp_path / "cell"), "--robot", model]) == 0
     config = RobotConfig.load(tmp_path / "cell" / "robot.toml")
     assert config.robot == (model,)

@@ -1,4 +1,4 @@
-"""FB_Operator: each key has its effect, its conditions and its messages.
+"""Each key of FB_Operator has its effect, its conditions and its messages.
 
 The test plays the robot.
 """
@@ -15,8 +15,8 @@ from structured_text.output.toml_files import load_toml
 _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", "Teach")
 
 
-#: Key, the condition that prevents its action, and the ErrorID, as the blocks that the key starts
-#: check them.
+#: Key, the condition that prevents its action, and the ErrorID.
+#: The blocks that the key starts check these conditions.
 _REASONS = [
     ("ServoOn", "Connected=0", 0x8001),
     ("ServoOn", "SO01=0", 0x8002),
@@ -61,7 +61,7 @@ _REASONS = [
 ]
 
 
-def test_a_key_that_can_do_nothing_is_shown_so_and_says_why_when_it_is_pressed() -> None:
+def test_a_key_that_is_not_possible_is_shown_and_reports_the_reason() -> None:
     """Source: manual chapter 5, 3.1 to 3.3; guide 4.2.6, 4.6.2."""
     plc = OperatorBench(contract=False)
     start = plc.program.snapshot(), bytes(plc.so)
@@ -126,7 +126,7 @@ def test_servo_on_leads_out_of_an_emergency_stop() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_program_starts_is_stopped_and_goes_on(engine: str) -> None:
+def test_a_program_is_started_stopped_and_continued(engine: str) -> None:
     """Source: manual chapter 5, 3.3."""
     plc = OperatorBench(engine)
     assert plc["Panel.Mode"] == "PANEL_MANUAL"
@@ -161,8 +161,11 @@ def test_a_program_starts_is_stopped_and_goes_on(engine: str) -> None:
     assert "Stopped" not in plc.lamps()
 
 
-def test_stop_acts_in_manual_mode_too_and_reset_releases_it_without_a_start() -> None:
-    """Source: manual chapter 5, 2, SI(06); nothing restarts by itself."""
+def test_stop_acts_in_manual_mode_and_reset_releases_it_without_a_start() -> None:
+    """Stop also acts in MANUAL mode, and Reset releases it without starting the program.
+
+    Source: manual chapter 5, 2, SI(06).
+    """
     plc = OperatorBench()
     plc.press("Stop")
     assert "SI06" not in plc.inputs
@@ -174,7 +177,7 @@ def test_stop_acts_in_manual_mode_too_and_reset_releases_it_without_a_start() ->
     assert (plc.message, plc.can("JogPlus", "Reset")) == (0, [True, False])
 
 
-def test_reset_releases_no_stop_that_another_block_holds() -> None:
+def test_reset_does_not_release_a_stop_held_by_another_block() -> None:
     """Source: FB_ProgramStop: it holds SI(06) until FB_ProgramContinue."""
     plc = OperatorBench()
     plc.change("Robot.Inner.HoldStop", to=True, scans=30)
@@ -196,7 +199,7 @@ def test_reset_resets_the_alarm_of_the_controller() -> None:
     assert (plc.message, plc["Operator.Busy"]) == (0x800C, False)
 
 
-def test_reset_in_an_emergency_stop_says_that_it_has_to_be_released_first() -> None:
+def test_reset_in_an_emergency_stop_reports_that_it_must_be_released_first() -> None:
     """Source: manual chapter 5, 3.1: the chart releases it before the alarm reset."""
     plc = OperatorBench()
     plc.outputs(SO00=True, SO03=True, SO02=False, scans=20)
@@ -228,7 +231,7 @@ def test_a_line_of_the_program_is_stepped(number: int, sent: int) -> None:
     assert plc.message == 0
 
 
-def test_where_the_robot_is_becomes_the_point_of_the_panel() -> None:
+def test_teach_stores_the_present_position_as_the_point_of_the_panel() -> None:
     """Source: guide 4.2.9: code 16#n028, point, unit 1 = mm."""
     plc = OperatorBench(RobotNumber=2, Point=4000, Units="UNIT_MM")
     plc.press("Teach")
@@ -249,7 +252,7 @@ def test_a_point_can_be_taught_with_the_servos_off() -> None:
     assert plc.can("Teach") == [True]
 
 
-def test_while_a_key_is_at_work_the_others_are_refused_but_stop() -> None:
+def test_while_a_key_is_busy_all_other_keys_except_stop_are_refused() -> None:
     """Source: FB_Operator: one thing after the other."""
     plc = OperatorBench()
     plc.hold = 0x0028
@@ -265,7 +268,7 @@ def test_while_a_key_is_at_work_the_others_are_refused_but_stop() -> None:
 
 
 @pytest.mark.parametrize("key", ["ServoOn", "Start"])
-def test_a_key_that_is_at_work_is_refused_once_more(key: str) -> None:
+def test_a_busy_key_is_refused_if_it_is_pressed_again(key: str) -> None:
     """Source: docs/reference/errors.md, 16#8072."""
     plc = OperatorBench()
     plc.outputs(SO02=key != "ServoOn")
@@ -276,7 +279,7 @@ def test_a_key_that_is_at_work_is_refused_once_more(key: str) -> None:
     assert plc.message == 0x8072
 
 
-def test_a_command_that_ends_with_an_alarm_is_told_with_its_words() -> None:
+def test_a_command_that_ends_with_an_alarm_is_reported_with_the_text_of_the_alarm() -> None:
     """Source: guide chapter 2, abnormal end; manual chapter 4, 4: 12.600."""
     plc = OperatorBench()
     plc.refuse, plc.alarm = 0x0028, (12, 600)
@@ -303,7 +306,7 @@ def _alarms() -> list[dict[str, object]]:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_messages_say_what_to_do_next_in_two_languages(engine: str) -> None:
+def test_messages_name_the_next_action_in_two_languages(engine: str) -> None:
     """Source: spec/errors.toml, 16#8070."""
     row = next(one for one in load_toml(ROOT / "spec/errors.toml")["error"]
                if one["id"] == 0x8070)  # fmt: skip
@@ -330,7 +333,7 @@ def test_a_fault_stays_until_reset_or_until_the_next_key_is_taken() -> None:
     assert (plc.message, plc["Operator.ErrorID"]) == (0, 0)
 
 
-def test_what_the_keys_started_ends_in_a_message_where_it_fails() -> None:
+def test_a_failed_action_of_a_key_gives_a_message() -> None:
     """Source: design of the library, link loss."""
     for key, servo, automatic in (
         ("ServoOn", False, False),
@@ -360,7 +363,7 @@ def test_what_the_keys_started_ends_in_a_message_where_it_fails() -> None:
         assert [one for one in plc.inputs if one not in ("SI00", "SI06")] == []
 
 
-def test_the_lamps_are_those_of_the_dedicated_outputs() -> None:
+def test_the_lamps_show_the_dedicated_outputs() -> None:
     """Source: manual chapter 5, 2."""
     names = {
         "SO00": "EmergencyStop",
@@ -382,7 +385,7 @@ def test_the_lamps_are_those_of_the_dedicated_outputs() -> None:
     assert plc.lamps() == []
 
 
-def test_the_mode_follows_its_selector_only_while_nothing_is_at_work() -> None:
+def test_the_mode_follows_its_selector_only_while_no_key_is_busy() -> None:
     """Source: FB_Operator; manual chapter 5, 3.2: AUTO is selected at the controller."""
     plc = OperatorBench(Automatic=True)
     plc.outputs(SO10=False, scans=2)
@@ -400,7 +403,7 @@ def test_the_mode_follows_its_selector_only_while_nothing_is_at_work() -> None:
 
 
 @pytest.mark.parametrize("key", [*_KEYS, "Reset", "Stop"])
-def test_a_key_that_hangs_as_the_link_comes_starts_nothing_and_is_told(key: str) -> None:
+def test_a_key_that_is_pressed_when_the_link_comes_is_reported_and_starts_nothing(key: str) -> None:
     """Source: FB_Operator: nothing starts by itself."""
     plc = OperatorBench(up=False)
     plc["Connected"] = False
@@ -434,7 +437,7 @@ def test_a_key_that_is_true_in_the_first_scan_has_not_been_pressed() -> None:
     assert plc["Operator.Busy"]
 
 
-def test_two_keys_at_once_are_none() -> None:
+def test_two_keys_pressed_at_once_have_no_effect() -> None:
     """Source: FB_RcxPanelKeys: which of them was meant?"""
     keys = (*_KEYS, "Reset")
     for first, second in zip(keys, [*keys[1:], keys[0]], strict=True):
@@ -447,7 +450,7 @@ def test_two_keys_at_once_are_none() -> None:
 
 
 @pytest.mark.parametrize("key", [*_KEYS, "Reset"])
-def test_a_key_that_could_act_does_not_together_with_another_one(key: str) -> None:
+def test_a_possible_key_has_no_effect_together_with_another_one(key: str) -> None:
     """Source: FB_RcxPanelKeys: which of them was meant?"""
     plc = OperatorBench()
     plc.outputs(SO02=key != "ServoOn", SO03=key == "Reset")

@@ -1,4 +1,4 @@
-"""FB_Operator with other blocks: only the panel's own commands belong to the panel."""
+"""FB_Operator stops or reports only its own commands, not the commands of other blocks."""
 
 from __future__ import annotations
 
@@ -16,8 +16,10 @@ def _stopped_without_the_hmi(plc: OperatorBench) -> bool:
 
 
 @pytest.mark.parametrize("key", _KEYS)
-def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> None:
-    """Without the HMI, another block's command continues, also after the same command of the panel.
+def test_without_the_hmi_the_same_command_of_another_block_continues(key: str) -> None:
+    """If the HMI is lost, the command of another block continues.
+
+    This holds even if the panel has sent the same command before.
 
     Source: head of FB_Operator, HmiOk.
     """
@@ -33,10 +35,10 @@ def test_without_the_hmi_the_same_command_of_another_block_goes_on(key: str) -> 
 
 @pytest.mark.parametrize("then", [0, _MOVE])
 @pytest.mark.parametrize("key", _KEYS)
-def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
-    key: str, then: int
-) -> None:
-    """The next movement of another block is not stopped either.
+def test_a_step_that_ended_during_missed_calls_is_not_stopped_later(key: str, then: int) -> None:
+    """If a step has ended during missed calls, the panel does not stop it afterwards.
+
+    The panel does not stop the next movement of another block either.
 
     Source: docs/explanation/scan-model.md, a block that is skipped; head of FB_Operator, HmiOk
     """
@@ -52,8 +54,8 @@ def test_a_step_that_has_ended_during_missed_calls_is_not_stopped_any_more(
     assert not _stopped_without_the_hmi(plc)
 
 
-def test_of_a_step_that_comes_too_late_only_that_is_told() -> None:
-    """If the press no longer counts, the panel does not report that another block sets the speed.
+def test_a_step_that_comes_too_late_is_reported_only_as_late() -> None:
+    """If a step comes too late, the panel reports only this, and not a speed set by another block.
 
     Source: docs/reference/errors.md, 16#8076 and 16#805D
     """

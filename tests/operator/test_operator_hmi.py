@@ -1,4 +1,4 @@
-"""Without its HMI (HmiOk), no key of FB_Operator except Stop has an effect."""
+"""If the HMI is lost (HmiOk FALSE), only the key Stop of FB_Operator has an effect."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ _KEYS = ("ServoOn", "Start", "ProgramReset", "StepLine", "JogPlus", "JogMinus", 
 
 @pytest.mark.parametrize("key", [*_KEYS, "Reset"])
 @pytest.mark.parametrize("engine", ENGINES)
-def test_without_the_hmi_no_key_counts_and_none_is_possible_but_stop(engine: str, key: str) -> None:
+def test_without_the_hmi_only_stop_is_possible(engine: str, key: str) -> None:
     """Source: FB_Operator, HmiOk."""
     plc = OperatorBench(engine, up=False)
     plc.outputs(SO01=True, SO02=key != "ServoOn", SO04=True, SO10=True, SO03=key == "Reset")
@@ -36,7 +36,7 @@ def test_without_the_hmi_no_key_counts_and_none_is_possible_but_stop(engine: str
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_stop_acts_without_the_hmi_too(engine: str) -> None:
+def test_stop_acts_without_the_hmi(engine: str) -> None:
     """Source: FB_Operator: Stop always acts."""
     plc = OperatorBench(engine)
     plc["Operator.HmiOk"] = False

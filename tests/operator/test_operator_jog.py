@@ -13,21 +13,21 @@ from both_engines import ENGINES
 from operator_bench import OperatorBench
 
 _SPEED, _AMOUNT, _STEP, _POSITION = 0x0038, 0x0027, 0x0024, 0x0506
-#: Code of another block. Any command will do.
+#: Code of a command of another block. The choice of the command has no effect on the test.
 _OTHER = 0x0102
 
 
 def _jogging(plc: OperatorBench, key: str = "JogPlus") -> None:
-    """Press a jog key and wait until the axis moves."""
+    """Return a bench on which a jog key is pressed and the axis moves."""
     plc.key(key)
     plc.scan_until(lambda: "Moving" in plc.lamps(), most=20)
 
 
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_axis_moves_while_the_key_is_held(engine: str) -> None:
-    """The manual movement speed is set first, then the jog.
+    """An axis moves while its jog key is held; the release turns SI(06) OFF in the same scan.
 
-    SI(06) is OFF in the scan of the release.
+    The manual movement speed is set before the jog is sent.
 
     Source: guide 4.2.14 (16#0038, speed in the third word), 4.2.6 (16#0020, axis bits, bit 7 = -).
     """
@@ -97,7 +97,7 @@ def test_the_selections_count_as_they_stood_at_the_press() -> None:
 
 
 @pytest.mark.parametrize("scans", range(1, 9))
-def test_a_key_that_is_released_before_the_axis_moves_moves_nothing_any_more(scans: int) -> None:
+def test_a_key_released_before_the_axis_moves_starts_no_movement(scans: int) -> None:
     """Source: FB_Jog; hold to run."""
     plc = OperatorBench()
     plc.press("JogPlus", scans=scans, then=1)
@@ -108,7 +108,7 @@ def test_a_key_that_is_released_before_the_axis_moves_moves_nothing_any_more(sca
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_the_other_key_stops_the_axis_and_moves_nothing() -> None:
+def test_the_opposite_jog_key_stops_the_axis_and_starts_no_movement() -> None:
     """Source: FB_RcxPanelKeys: both jog keys together count as no key."""
     plc = OperatorBench()
     _jogging(plc)
@@ -124,7 +124,7 @@ def test_the_other_key_stops_the_axis_and_moves_nothing() -> None:
     assert plc.codes == [_SPEED, 0x0020, _POSITION]
 
 
-def test_one_key_after_the_other_within_a_scan_turns_the_axis_round_after_its_stop() -> None:
+def test_a_change_of_the_jog_key_within_a_scan_reverses_the_axis_after_its_stop() -> None:
     """Source: FB_RcxPanelJog; guide 4.2.6."""
     plc = OperatorBench()
     _jogging(plc)
@@ -162,7 +162,7 @@ def test_a_key_pressed_while_the_axis_comes_to_rest_moves_it_afterwards_if_still
         ("Connected=0", "Connected=1"),
     ],
 )
-def test_what_stops_a_jog_needs_a_new_press_afterwards(cause: str, back: str) -> None:
+def test_after_a_stopped_jog_a_new_press_is_needed(cause: str, back: str) -> None:
     """Source: nothing restarts by itself."""
     plc = OperatorBench()
     _jogging(plc)
@@ -236,7 +236,7 @@ def test_a_command_that_fails_ends_the_press_with_its_alarm(code: int, stepwise:
         ({"RobotNumber": 5}, 0x8040),
     ],
 )
-def test_a_selection_that_is_not_legal_is_told(selection: dict[str, Any], error: int) -> None:
+def test_an_illegal_selection_is_reported(selection: dict[str, Any], error: int) -> None:
     """Source: guide 4.2.6, 4.2.14."""
     plc = OperatorBench(**selection)
     plc.key("JogPlus", scans=20)
@@ -248,10 +248,13 @@ def test_a_selection_that_is_not_legal_is_told(selection: dict[str, Any], error:
     ("selection", "error"),
     [({"Amount": -1}, 0x8045), ({"Amount": 10_001}, 0x8045), ({"Axis": 7}, 0x8041)],
 )
-def test_a_step_that_cannot_be_sets_nothing_and_the_next_press_counts(
+def test_an_illegal_step_sets_no_value_and_the_next_press_is_accepted(
     selection: dict[str, Any], error: int
 ) -> None:
-    """Without Stepwise, the amount has no effect. Source: guide 4.2.8 and 4.2.14."""
+    """An illegal step is refused, sets no value, and the next press is accepted.
+
+    Without Stepwise, the amount of the step has no effect. Source: guide 4.2.8 and 4.2.14.
+    """
     plc = OperatorBench(Stepwise=True, **selection)
     plc.key("JogMinus", scans=20)
     assert plc.message == error
@@ -281,7 +284,7 @@ def test_a_step_begins_within_a_second_or_not_at_all(scans: int) -> None:
         assert plc.message == 0x8076
 
 
-def test_a_step_that_takes_long_is_not_too_late() -> None:
+def test_a_step_that_takes_long_does_not_count_as_late() -> None:
     """Source: FB_RcxPanelJog: the second ends as the step begins."""
     plc = OperatorBench(Stepwise=True)
     plc.hold = _STEP
@@ -294,7 +297,7 @@ def test_a_step_that_takes_long_is_not_too_late() -> None:
     assert not plc["Operator.Error"]
 
 
-def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis() -> None:
+def test_a_change_of_the_jog_key_together_with_another_key_stops_the_axis() -> None:
     """Source: FB_RcxPanelJog: hold to run."""
     for first, second in (("JogPlus", "JogMinus"), ("JogMinus", "JogPlus")):
         plc = OperatorBench()
@@ -309,7 +312,7 @@ def test_a_key_that_follows_the_other_together_with_a_third_one_stops_the_axis()
 
 @pytest.mark.parametrize("again", [True, False])
 @pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
-def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bool) -> None:
+def test_a_new_press_waits_for_the_command_of_an_earlier_press(hold: int, again: bool) -> None:
     """Source: guide chapter 1: the command stays until its end."""
     plc = OperatorBench(Stepwise=True)
     plc.hold = hold
@@ -335,7 +338,7 @@ def test_a_new_press_waits_for_what_an_earlier_one_has_sent(hold: int, again: bo
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("key", ["JogPlus", "JogMinus"])
-def test_a_jog_ends_with_the_hmis_connection_and_needs_a_new_press(engine: str, key: str) -> None:
+def test_a_jog_ends_if_the_hmi_is_lost_and_needs_a_new_press(engine: str, key: str) -> None:
     """Source: FB_Operator, HmiOk; hold to run."""
     plc = OperatorBench(engine)
     _jogging(plc, key)
@@ -354,7 +357,7 @@ def test_a_jog_ends_with_the_hmis_connection_and_needs_a_new_press(engine: str, 
 
 
 @pytest.mark.parametrize("scans", range(1, 5))
-def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: int) -> None:
+def test_a_waiting_step_is_withdrawn_if_the_hmi_is_lost(scans: int) -> None:
     """Source: FB_Operator, HmiOk."""
     plc = OperatorBench(Stepwise=True)
     plc.key("JogPlus", scans=scans)
@@ -365,7 +368,7 @@ def test_a_step_that_has_not_begun_is_withdrawn_with_the_hmis_connection(scans: 
 
 
 @pytest.mark.parametrize("hold", [_SPEED, _AMOUNT, _STEP])
-def test_a_key_that_is_pressed_and_released_while_a_command_is_out_sends_nothing(hold: int) -> None:
+def test_a_key_pressed_and_released_during_a_command_sends_nothing(hold: int) -> None:
     """Source: FB_RcxPanelJog; hold to run."""
     plc = OperatorBench(Stepwise=True)
     plc.hold = hold
@@ -381,7 +384,7 @@ def test_a_key_that_is_pressed_and_released_while_a_command_is_out_sends_nothing
     assert not plc["Operator.Busy"]
 
 
-def test_a_key_that_is_released_while_the_speed_is_set_moves_nothing() -> None:
+def test_a_key_released_while_the_speed_is_set_starts_no_movement() -> None:
     """Source: FB_RcxPanelJog; hold to run."""
     plc = OperatorBench()
     plc.hold = _SPEED
@@ -400,7 +403,7 @@ def test_a_jog_may_take_longer_than_a_step_may_wait() -> None:
     assert (plc.message, plc.codes) == (0, [_SPEED, 0x0020])
 
 
-def test_a_step_does_not_line_up_behind_another_command() -> None:
+def test_a_step_does_not_wait_long_for_another_command() -> None:
     """Source: FB_RcxPanelJog: within a second or not at all."""
     plc = OperatorBench(Stepwise=True)
     plc.hold = _AMOUNT
@@ -418,7 +421,7 @@ def test_a_step_does_not_line_up_behind_another_command() -> None:
 
 
 @pytest.mark.parametrize("key", ["ServoOn", "ProgramReset", "StepLine", "Teach"])
-def test_while_an_axis_is_jogged_another_key_is_refused_and_the_jog_goes_on(key: str) -> None:
+def test_during_a_jog_another_key_is_refused_and_the_jog_continues(key: str) -> None:
     """Source: docs/reference/errors.md, 16#8072."""
     plc = OperatorBench()
     _jogging(plc)
@@ -453,7 +456,9 @@ def test_each_press_has_the_direction_of_its_own_key(stepwise: bool) -> None:
 def test_another_block_that_changes_speed_or_step_before_the_movement_ends_the_press(
     code: int, harm: bool, stepwise: bool
 ) -> None:
-    """Otherwise the robot moves at a speed or by a distance that was not selected at this panel.
+    """If another block changes speed or step before the movement, the press has no further effect.
+
+    The robot must not move at a speed or by a distance that was not selected at this panel.
 
     Source: guide 4.2.14, manual movement speed; 4.2.15, automatic movement speed; 4.2.8
     """
@@ -473,10 +478,12 @@ def test_another_block_that_changes_speed_or_step_before_the_movement_ends_the_p
 
 @pytest.mark.parametrize(("key", "code"), [("StepLine", 0x403), ("JogPlus", 0x024)])
 @pytest.mark.parametrize("missed", [False, True])
-def test_without_the_hmi_a_step_is_stopped_that_a_missed_call_has_left_alone(
+def test_a_step_that_moves_after_missed_calls_is_stopped_without_the_hmi(
     key: str, code: int, missed: bool
 ) -> None:
-    """The command is held to its end. The robot moves in the meantime.
+    """If the HMI is lost during missed calls, a step that still moves is stopped afterwards.
+
+    The command of the step is held to its end.
 
     Source: head of FB_Operator, HmiOk.
     """

@@ -1,4 +1,4 @@
-"""FB_Operator: nothing starts long after its key, or by itself.
+"""FB_Operator starts nothing by itself, and nothing long after its key was pressed.
 
 The test plays the robot.
 """
@@ -17,14 +17,14 @@ _CODES = {"StepLine": _LINE, "Teach": _TEACH}
 
 
 def _under_way(plc: OperatorBench, code: int) -> None:
-    """Let another block send a command, which gets no answer until `plc.hold` is 0."""
+    """Start a command of another block, which gets no answer until `plc.hold` is 0."""
     plc.hold = code
     plc["Other.Code"], plc["Other.Execute"] = code, True
     plc.scan_until(lambda: code in plc.codes)
 
 
 def _rose(plc: OperatorBench, scans: int) -> set[str]:
-    """Run scans; return the inputs that were ON in any of them, except SI(00) and SI(06)."""
+    """Run scans, and return the inputs that were ON in any scan, except SI(00) and SI(06)."""
     found: set[str] = set()
     for _ in range(scans):
         plc.scan()
@@ -38,10 +38,12 @@ def _rose(plc: OperatorBench, scans: int) -> set[str]:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
 @pytest.mark.parametrize("scans", [92, 104])
-def test_a_line_and_a_point_go_out_within_a_second_or_not_at_all(
+def test_stepline_and_teach_are_sent_within_a_second_or_not_at_all(
     engine: str, key: str, scans: int
 ) -> None:
-    """Another block reads and has the channel for 0.92 s or 1.04 s.
+    """StepLine and Teach send their command within a second after the key, or not at all.
+
+    Another block uses the channel for 0.92 s or 1.04 s.
 
     Source: FB_RcxPanelCommands; RCX_PANEL_KEYS.Teach: where the robot is becomes the point.
     """
@@ -59,8 +61,10 @@ def test_a_line_and_a_point_go_out_within_a_second_or_not_at_all(
 
 
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
-def test_behind_a_movement_of_another_block_no_line_and_no_teaching_is_possible(key: str) -> None:
-    """The keys are refused behind a movement, after which the robot would be at another place.
+def test_stepline_and_teach_are_not_possible_during_a_movement_of_another_block(key: str) -> None:
+    """StepLine and Teach are refused while another block has a movement to complete.
+
+    After this movement, the robot would be at another place.
 
     Source: RCX_PANEL_KEYS.Teach; guide 4.2: category 1.
     """
@@ -96,9 +100,7 @@ def test_a_movement_that_comes_first_withdraws_a_line_or_a_point_that_waits(key:
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
-def test_a_line_and_a_point_that_wait_are_withdrawn_with_the_hmis_connection(
-    engine: str, key: str
-) -> None:
+def test_waiting_stepline_and_teach_are_withdrawn_if_the_hmi_is_lost(engine: str, key: str) -> None:
     """Source: FB_Operator, HmiOk: only Stop acts."""
     plc = OperatorBench(engine)
     _under_way(plc, _READ)
@@ -115,7 +117,7 @@ def test_a_line_and_a_point_that_wait_are_withdrawn_with_the_hmis_connection(
 
 @pytest.mark.parametrize("scans", range(1, 6))
 @pytest.mark.parametrize("key", ["StepLine", "Teach"])
-def test_the_hmis_loss_leaves_no_command_to_come(key: str, scans: int) -> None:
+def test_after_the_loss_of_the_hmi_no_command_is_sent(key: str, scans: int) -> None:
     """Source: FB_Operator, HmiOk."""
     plc = OperatorBench()
     plc.hold = _CODES[key]
@@ -148,10 +150,12 @@ def test_a_point_is_taught_while_stop_is_pressed() -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("way", ["hmi", "stop"])
 @pytest.mark.parametrize("what", ["line", "step"])
-def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
+def test_a_moving_line_or_step_is_stopped_by_stop_and_by_the_loss_of_the_hmi(
     engine: str, way: str, what: str
 ) -> None:
-    """SI(06) turns OFF in the same scan and stays OFF until Reset. Alarm 12.400 is not a fault.
+    """Stop or the loss of the HMI stops a StepLine or a step that moves the robot.
+
+    SI(06) turns OFF in the same scan and stays OFF until Reset. Alarm 12.400 is not a fault.
 
     Source: FB_Operator, HmiOk; manual chapter 5, 2, SI(06).
     """
@@ -183,7 +187,9 @@ def test_a_line_and_a_step_that_move_are_stopped_by_stop_and_by_the_hmis_loss(
 
 @pytest.mark.parametrize("what", ["line", "step"])
 @pytest.mark.parametrize("alarm", [(12, 401), (2, 400)])
-def test_another_alarm_is_told_although_stop_was_pressed(what: str, alarm: tuple[int, int]) -> None:
+def test_another_alarm_is_reported_although_stop_was_pressed(
+    what: str, alarm: tuple[int, int]
+) -> None:
     """Source: guide chapter 2, abnormal end."""
     plc = OperatorBench(Stepwise=True)
     code = _LINE if what == "line" else _STEP
@@ -200,10 +206,13 @@ def test_another_alarm_is_told_although_stop_was_pressed(what: str, alarm: tuple
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_servo_on_is_not_possible_in_an_emergency_stop_and_nothing_waits_for_its_release(
+def test_servo_on_is_refused_in_an_emergency_stop_and_does_not_wait_for_its_end(
     engine: str,
 ) -> None:
-    """Source: manual chapter 5, 3.1: it is released before; nothing starts by itself."""
+    """During an emergency stop, ServoOn is refused, and it is not executed after the release.
+
+    Source: manual chapter 5, 3.1: the emergency stop is released before servo ON.
+    """
     plc = OperatorBench(engine)
     plc.outputs(SO00=True, SO02=False, SO03=True, scans=60)
     assert plc.can("ServoOn", "Reset") == [False, False]
@@ -217,8 +226,10 @@ def test_servo_on_is_not_possible_in_an_emergency_stop_and_nothing_waits_for_its
     assert plc.can("ServoOn") == [True], "now servo on is possible"
 
 
-def test_a_stop_of_the_plcs_own_is_left_by_servo_on_without_waiting() -> None:
-    """The key is pressed before SI(00) is ON and answered. The panel continues after the answer.
+def test_servo_on_ends_an_emergency_stop_of_the_plc_without_a_delay() -> None:
+    """If the emergency stop of the PLC itself was just released, ServoOn continues without a delay.
+
+    The key is pressed before SI(00) is ON and answered.
 
     Source: manual chapter 5, 3.1, servo ON from emergency stop.
     """
@@ -234,8 +245,10 @@ def test_a_stop_of_the_plcs_own_is_left_by_servo_on_without_waiting() -> None:
     plc.scan_until(lambda: "SI16" in plc.inputs)
 
 
-def test_servo_on_is_withdrawn_where_another_emergency_stop_is_on() -> None:
-    """The other stop becomes visible once SI(00) is ON and has been answered.
+def test_servo_on_is_withdrawn_if_another_emergency_stop_is_on() -> None:
+    """If another emergency stop is on, ServoOn is withdrawn.
+
+    This stop can be detected only after SI(00) is ON and answered.
 
     Source: manual chapter 5, 2, SI(01): all emergency stop states are cancelled.
     """
@@ -250,7 +263,7 @@ def test_servo_on_is_withdrawn_where_another_emergency_stop_is_on() -> None:
     assert _rose(plc, 100) == set()
 
 
-def test_an_emergency_stop_that_comes_withdraws_servo_on() -> None:
+def test_a_new_emergency_stop_withdraws_servo_on() -> None:
     """Source: nothing starts by itself."""
     plc = OperatorBench()
     plc.outputs(SO02=False, SO03=True, scans=20)
@@ -263,7 +276,7 @@ def test_an_emergency_stop_that_comes_withdraws_servo_on() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_without_main_power_servo_on_is_not_possible_and_the_message_says_so(engine: str) -> None:
+def test_without_main_power_servo_on_is_refused_with_a_message(engine: str) -> None:
     """Source: manual chapter 5, 2, SO(04)."""
     plc = OperatorBench(engine)
     plc.outputs(SO02=False, SO04=False, scans=20)
@@ -284,12 +297,10 @@ def test_without_main_power_servo_on_is_not_possible_and_the_message_says_so(eng
 @pytest.mark.parametrize(
     ("what", "error"), [("alarm", 0x800A), ("power", 0x8005), ("turn", 0x8076)]
 )
-def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
-    what: str, error: int
-) -> None:
-    """An alarm is reset by another block, main power returns, or another sequence ends too late.
+def test_servo_on_is_withdrawn_after_waiting_for_two_seconds(what: str, error: int) -> None:
+    """If ServoOn has to wait longer than two seconds, it is withdrawn and the servos stay OFF.
 
-    The servos stay OFF.
+    It waits for an alarm reset of another block, for main power, or for another sequence.
 
     Source: FB_RcxPanelSequences.
     """
@@ -314,10 +325,12 @@ def test_what_servo_on_waits_for_longer_than_two_seconds_comes_too_late(
     ("key", "signal"), [("Start", "SI12"), ("ProgramReset", "SI15"), ("Reset", "SI16")]
 )
 @pytest.mark.parametrize("scans", [190, 210])
-def test_what_waits_for_its_turn_longer_than_two_seconds_is_withdrawn(
+def test_a_sequence_that_waits_longer_than_two_seconds_is_withdrawn(
     key: str, signal: str, scans: int
 ) -> None:
-    """Another sequence has the dedicated inputs for 1.9 s and for 2.1 s.
+    """A sequence that waits longer than two seconds for the dedicated inputs is withdrawn.
+
+    Another sequence uses them for 1.9 s and for 2.1 s.
 
     Source: FB_RcxPanelSequences.
     """
@@ -367,7 +380,7 @@ def test_stop_and_the_hmis_loss_withdraw_servo_on(way: str, scans: int) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("way", ["stop", "hmi"])
 @pytest.mark.parametrize("waits", ["stop", "turn"])
-def test_stop_and_the_hmis_loss_withdraw_start(engine: str, way: str, waits: str) -> None:
+def test_stop_and_the_loss_of_the_hmi_withdraw_start(engine: str, way: str, waits: str) -> None:
     """Source: FB_RcxPanelSequences; FB_ProgramContinue."""
     plc = OperatorBench(engine)
     plc.set(Automatic=True, scans=20)
@@ -389,7 +402,7 @@ def test_stop_and_the_hmis_loss_withdraw_start(engine: str, way: str, waits: str
 
 
 @pytest.mark.parametrize(("key", "signal"), [("ProgramReset", "SI15"), ("Reset", "SI16")])
-def test_the_hmis_loss_withdraws_what_waits_for_its_turn(key: str, signal: str) -> None:
+def test_the_loss_of_the_hmi_withdraws_waiting_sequences(key: str, signal: str) -> None:
     """Source: FB_Operator, HmiOk: only Stop acts."""
     plc = OperatorBench()
     plc.scan_until(lambda: "SI15" in plc.inputs, execute="Sequence")
@@ -407,7 +420,7 @@ def test_the_hmis_loss_withdraws_what_waits_for_its_turn(key: str, signal: str) 
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_while_stop_is_pressed_no_key_promises_what_it_cannot_do(engine: str) -> None:
+def test_while_stop_is_pressed_only_keys_with_an_effect_are_shown_as_possible(engine: str) -> None:
     """Source: RCX_PANEL.Can: what would do something if it was pressed now."""
     plc = OperatorBench(engine)
     plc.key("Stop", scans=30)
@@ -429,8 +442,10 @@ def test_while_stop_is_pressed_no_key_promises_what_it_cannot_do(engine: str) ->
     assert "Stopped" not in plc.lamps()
 
 
-def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
-    """An alarm reset is not possible during an emergency stop or during another alarm reset.
+def test_reset_is_possible_only_if_there_is_something_to_reset() -> None:
+    """Reset is shown as possible only if there is something to reset.
+
+    An alarm reset is not possible during an emergency stop or during another alarm reset.
 
     Source: manual chapter 5, 3.1; RCX_PANEL.Can.
     """
@@ -446,10 +461,12 @@ def test_reset_is_possible_only_where_there_is_something_to_reset() -> None:
 
 @pytest.mark.parametrize("stop", [False, True])
 @pytest.mark.parametrize(("key", "code"), [("StepLine", _LINE), ("JogPlus", _STEP)])
-def test_a_line_and_a_step_that_somebody_else_has_stopped_are_a_fault(
+def test_a_line_or_step_stopped_by_another_block_is_a_fault(
     key: str, code: int, stop: bool
 ) -> None:
-    """Alarm 12.400 is reported as a fault, unless the Stop key of this panel caused it.
+    """If another block stops a StepLine or a step, alarm 12.400 is reported as a fault.
+
+    It is not a fault if the Stop key of this panel caused it.
 
     Source: guide 4.2.8 and 4.6.2; chapter 5, 3.3.
     """
@@ -466,7 +483,7 @@ def test_a_line_and_a_step_that_somebody_else_has_stopped_are_a_fault(
 
 
 def _reset_behind() -> OperatorBench:
-    """Let ProgramReset have its turn without an answer, so that Reset waits for it."""
+    """Return a bench in which ProgramReset gets no answer, and Reset waits behind it."""
     plc = OperatorBench()
     plc.press("ProgramReset", then=20)
     plc.outputs(SO03=True, scans=3)
@@ -474,8 +491,8 @@ def _reset_behind() -> OperatorBench:
     return plc
 
 
-def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
-    """The other block waits for the controller until its Timeout.
+def test_a_waiting_reset_is_withdrawn_and_the_running_sequence_continues() -> None:
+    """A Reset that waits is withdrawn; the block that uses the inputs continues until its Timeout.
 
     Source: errors.md, 16#8076.
     """
@@ -486,8 +503,10 @@ def test_a_reset_that_waits_is_withdrawn_and_who_has_his_turn_goes_on() -> None:
     assert not plc["Operator.Sequences.Acknowledge.Busy"]
 
 
-def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
-    """A key that was withdrawn in the previous scan, after too long a wait, is still reported.
+def test_a_waiting_key_is_withdrawn_without_a_message_if_the_hmi_is_lost() -> None:
+    """If the HMI is lost, a key that waited is withdrawn without a message.
+
+    If the key was withdrawn in the previous scan, after too long a wait, it is still reported.
 
     Source: head of FB_Operator: without the HMI what waits is withdrawn
     """
@@ -505,8 +524,10 @@ def test_of_a_key_that_waited_without_the_hmi_nothing_is_told() -> None:
     assert told.count((False, True)) == 1
 
 
-def test_an_emergency_stop_while_the_alarm_is_reset_is_what_is_told() -> None:
-    """The message does not say that the alarm remains.
+def test_an_emergency_stop_during_an_alarm_reset_is_reported() -> None:
+    """If an emergency stop comes during an alarm reset, the message names the emergency stop.
+
+    It does not say that the alarm remains.
 
     Source: docs/reference/errors.md, 16#8003 and 16#800A.
     """

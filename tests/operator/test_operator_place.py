@@ -14,7 +14,7 @@ _LINE, _MOVE, _POSITION = 0x0403, 0x0001, 0x0506
 
 
 def _answered(plc: OperatorBench, micrometres: int, code: int = _POSITION) -> None:
-    """Answer the request for the position with a position of axis 1."""
+    """Answer the request for the position of the robot with this position of axis 1."""
     if plc.words[0] != code:
         plc.scan_until(lambda: plc.words[0] == code)
     plc.answer(0x0200, [0, 0, 0, micrometres, 0], scans=5)
@@ -51,7 +51,7 @@ def test_a_position_that_cannot_be_read_leaves_the_last_one() -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_after_a_line_and_after_a_program_it_is_read_again(engine: str) -> None:
+def test_the_position_is_read_again_after_a_line_and_after_a_program(engine: str) -> None:
     """Source: RCX_PANEL.Position; guide 4.7.4."""
     plc = OperatorBench(engine)
     plc.hold = _POSITION
@@ -66,7 +66,7 @@ def test_after_a_line_and_after_a_program_it_is_read_again(engine: str) -> None:
     assert plc.codes == [_LINE, _POSITION, _POSITION], "once"
 
 
-def test_after_a_line_that_ends_with_an_alarm_too() -> None:
+def test_the_position_is_read_again_after_a_line_that_ends_with_an_alarm() -> None:
     """Source: the robot may have moved."""
     plc = OperatorBench()
     plc.refuse, plc.hold = _LINE, _POSITION
@@ -74,7 +74,7 @@ def test_after_a_line_that_ends_with_an_alarm_too() -> None:
     _answered(plc, 2500)
 
 
-def test_a_link_that_is_lost_is_no_end_of_a_program() -> None:
+def test_a_lost_link_does_not_count_as_the_end_of_a_program() -> None:
     """Source: FB_ReadArea: without a connection all outputs read as OFF."""
     plc = OperatorBench()
     plc.outputs(SO13=True, scans=5)
@@ -84,8 +84,10 @@ def test_a_link_that_is_lost_is_no_end_of_a_program() -> None:
     assert plc.codes == []
 
 
-def test_it_is_the_position_of_the_robot_that_was_jogged() -> None:
-    """Another robot is selected while the key is held.
+def test_the_position_of_the_jogged_robot_is_read() -> None:
+    """After a jog, the position of the robot that was jogged is read.
+
+    Another robot is selected while the key is held.
 
     Source: guide 4.7.4: the robot is in bits 15 to 12 of the code.
     """
@@ -125,8 +127,10 @@ def test_a_movement_of_another_block_does_not_renew_it() -> None:
     assert plc.codes == [_MOVE]
 
 
-def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
-    """One reading follows all movements that began during a reading, after the last has ended.
+def test_the_position_is_read_again_after_a_movement_during_a_reading() -> None:
+    """If a movement begins while the position is read, the position is read again after it.
+
+    After several movements, it is read once.
 
     Source: RCX_PANEL.Position
     """
@@ -145,8 +149,10 @@ def test_what_moves_while_the_position_is_read_makes_it_be_read_again() -> None:
 
 
 @pytest.mark.parametrize("jogs", [False, True])
-def test_servos_that_come_on_while_it_is_read_make_it_be_read_again(jogs: bool) -> None:
-    """The position is read again at once or, if an axis is moved first, after that movement.
+def test_the_position_is_read_again_if_the_servos_turn_on_during_a_reading(jogs: bool) -> None:
+    """If the servos turn ON while the position is read, it is read again.
+
+    If an axis is moved first, it is read after this movement.
 
     Source: RCX_PANEL.Position.
     """

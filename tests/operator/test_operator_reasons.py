@@ -1,4 +1,7 @@
-"""FB_RcxPanelReasons alone gives the reason for each key, one signal at a time."""
+"""FB_RcxPanelReasons gives for each key the reason why it is not possible.
+
+The tests run the block alone and change one signal at a time.
+"""
 
 from __future__ import annotations
 
@@ -19,9 +22,9 @@ def _block() -> Alone:
 
 
 def _shown(output: str, **changed: Any) -> int:
-    """Return an output for a robot with servos on, in AUTO mode, not moving.
+    """Return an output of the block for a robot with servos on, in AUTO mode, not moving.
 
-    `changed` overrides this state.
+    `changed` overrides signals of this state.
     """
     block = _block()
     block.restart()
@@ -62,7 +65,7 @@ def test_without_servos_motor_power_comes_first(servo_on: bool, mp_rdy: bool, re
     ("turn", "holder", "busy"),
     [(1, 0x1001, True), (0, 0x1001, False), (1, 0, False), (1, 0x0403, False), (1, 0x003B, True)],
 )
-def test_a_command_of_category_1_that_has_the_channel_may_move(
+def test_a_running_command_of_category_1_may_move_the_robot(
     turn: int, holder: int, busy: bool
 ) -> None:
     """Source: remote command guide 4.2: the codes of category 1 have 0 there."""
@@ -80,10 +83,12 @@ def test_a_command_of_category_1_that_has_the_channel_may_move(
         (True, True, True, False, _NOTHING),
     ],
 )
-def test_only_an_emergency_stop_that_stays_hinders_the_servos(
+def test_only_a_remaining_emergency_stop_prevents_servo_on(
     ok: bool, stop: bool, si: bool, settled: bool, reason: int
 ) -> None:
-    """An emergency stop of the PLC is over when SI(00) is ON and answered.
+    """ServoOn is not possible only while an emergency stop remains.
+
+    An emergency stop of the PLC is over when SI(00) is ON and answered.
 
     Source: manual chapter 5, 3.1
     """
@@ -105,7 +110,7 @@ def test_only_an_emergency_stop_that_stays_hinders_the_servos(
         (False, False, True, _NOTHING),
     ],
 )
-def test_motor_power_that_an_alarm_or_a_stop_took_comes_again(
+def test_motor_power_returns_after_an_alarm_or_an_emergency_stop(
     mp_rdy: bool, alarm: bool, stop: bool, reason: int
 ) -> None:
     """Source: manual chapter 5, 3.1: the reset comes before servo-on."""
@@ -128,7 +133,7 @@ def test_motor_power_that_an_alarm_or_a_stop_took_comes_again(
         (False, False, False, True, _NOTHING),
     ],
 )
-def test_a_start_waits_for_the_end_of_stops_but_of_that_which_it_ends(
+def test_a_start_waits_for_the_end_of_stops_except_the_stop_that_it_ends(
     halt: bool, kept: bool, stop_ok: bool, held: bool, reason: int
 ) -> None:
     """Source: manual chapter 5, 3.3: the start after a stop ends it."""

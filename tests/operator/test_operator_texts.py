@@ -1,4 +1,4 @@
-"""FB_Operator has messages in an operator's words.
+"""FB_Operator shows messages in words that an operator knows.
 
 The test plays the robot.
 """
@@ -16,7 +16,7 @@ from structured_text.output.toml_files import load_toml
 
 _ROWS = load_toml(ROOT / "spec/errors.toml")["error"]
 _LANGUAGES = {"LANGUAGE_ENGLISH": "", "LANGUAGE_JAPANESE": "_ja"}
-#: ErrorIDs that a panel shows often: those of FB_RcxPanelReasons, and the results of its keys.
+#: ErrorIDs that a panel shows often: of FB_RcxPanelReasons and of the keys.
 _FREQUENT_ERRORS = {
     0x8001,
     0x8002,
@@ -39,8 +39,11 @@ def _lines(block: Alone, key: str) -> str:
 
 
 @pytest.mark.parametrize("language", _LANGUAGES)
-def test_each_message_has_the_words_for_an_operator_where_there_are_some(language: str) -> None:
-    """A shorter text overwrites all of the longer text before it. Source: spec/errors.toml."""
+def test_each_message_has_its_text_for_operators(language: str) -> None:
+    """Each ErrorID of a panel has its message. A short message leaves no old text behind.
+
+    Source: spec/errors.toml.
+    """
     block = Alone("FB_RcxPanelMessage", {})
     block["Block.Language"] = language
     for row in (*_ROWS, *reversed(_ROWS)):
@@ -53,7 +56,7 @@ def test_each_message_has_the_words_for_an_operator_where_there_are_some(languag
             assert _lines(block, key.capitalize()) == ours.replace(" ", ""), hex(row["id"])
 
 
-def test_the_words_for_an_operator_name_no_block_pin_or_bit() -> None:
+def test_texts_for_operators_name_no_block_pin_or_bit() -> None:
     """Source: an operator has keys, lamps, the cell and the programming box."""
     rows = [row for row in _ROWS if "panel_remedy" in row]
     assert {row["id"] for row in rows} == _FREQUENT_ERRORS
@@ -72,10 +75,12 @@ def test_after_a_stop_of_the_panel_the_message_names_the_key_that_releases_it() 
 
 
 @pytest.mark.parametrize("automatic", [False, True])
-def test_where_the_origin_is_incomplete_the_message_says_so_and_no_start_is_hinted_at(
+def test_an_incomplete_origin_is_reported_and_start_is_not_suggested(
     automatic: bool,
 ) -> None:
-    """The message is only a hint: the program may return to the origin, so Start is possible.
+    """If the return-to-origin is incomplete, the message says so, and Start stays possible.
+
+    The program itself may return the robot to its origin.
 
     Source: manual chapter 5, 2, SO(11).
     """

@@ -18,7 +18,7 @@ _STATES = (
     *("COMPLETING", "COMPLETE"),
 )
 _NUMBERS = {state: number for number, state in enumerate(_STATES, start=1)}
-#: The state that follows an acting state. Source: ROS-Industrial packml, transition table.
+#: Maps each acting state to the next state. Source: ROS-Industrial packml, transition table.
 _DONE = {
     "CLEARING": "STOPPED",
     "STARTING": "EXECUTE",
@@ -32,8 +32,8 @@ _DONE = {
     "RESETTING": "IDLE",
     "COMPLETING": "COMPLETE",
 }
-#: Command, old state, new state. Stop and Abort are below. Source: as `_DONE`; OPC 30050:
-#: SuspendedToHolding.
+#: Command, old state, new state, without Stop and Abort.
+#: Source: ROS-Industrial packml, transition table; OPC 30050: SuspendedToHolding.
 _COMMANDS = {
     ("RESET", "STOPPED"): "RESETTING",
     ("RESET", "COMPLETE"): "RESETTING",
@@ -61,14 +61,14 @@ def _expected(command: str, state: str) -> str:
 
 
 class _Bench(PlcBench):
-    """A robot without a fault, and a block that can be put into any state."""
+    """A robot without a fault, and an FB_PackMl that the test can put into any state."""
 
     def __init__(self, engine: str = "auto") -> None:
         super().__init__(program=ROOT / "tests/data/library/PackMl.st", engine=engine)
         self.power_up()
 
     def put(self, state: str) -> None:
-        """Set this state without any request."""
+        """Put the block into this state without a command."""
         self["PackMl.StateComplete"] = self["PackMl.CmdChangeRequest"] = False
         self["PackMl.UnitModeChangeRequest"] = False
         self["PackMl.State"] = f"PACKML_{state}"
@@ -83,12 +83,12 @@ class _Bench(PlcBench):
 
     @property
     def state(self) -> str:
-        """Return the current state."""
+        """Return the current PackML state."""
         return str(self["PackMl.State"]).removeprefix("PACKML_")
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_every_command_in_every_state_leads_where_the_model_says_or_is_refused(engine: str) -> None:
+def test_every_command_in_every_state_follows_the_model_or_is_refused(engine: str) -> None:
     """Source: the tables above."""
     plc = _Bench(engine)
     for state in _NUMBERS:
@@ -103,7 +103,7 @@ def test_every_command_in_every_state_leads_where_the_model_says_or_is_refused(e
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_a_state_that_is_done_leads_on_and_a_waiting_state_waits(engine: str) -> None:
+def test_an_acting_state_ends_and_a_waiting_state_waits(engine: str) -> None:
     """Source: the tables above."""
     plc = _Bench(engine)
     for state, number in _NUMBERS.items():
@@ -139,7 +139,7 @@ def test_a_request_counts_at_its_rising_edge_and_clears_the_last_refusal() -> No
     assert (plc.state, plc["PackMl.ErrorID"]) == ("RESETTING", 0)
 
 
-def test_it_begins_aborted_and_goes_nowhere_by_itself() -> None:
+def test_the_block_starts_in_aborted_and_stays_there() -> None:
     """Source: nothing starts by itself; OPC 30050: Aborted is a usual initial state."""
     plc = PlcBench(program=ROOT / "tests/data/library/PackMl.st")
     plc["PackMl.StateComplete"] = True
@@ -150,7 +150,7 @@ def test_it_begins_aborted_and_goes_nowhere_by_itself() -> None:
     assert plc["PackMl.Mode"] == "PACKML_MODE_PRODUCTION"
 
 
-#: An event that makes the robot unavailable, the event that ends this, and the ErrorID.
+#: An event that makes the robot unavailable, the event that ends it, and the ErrorID.
 _TROUBLES = [
     ("Connected=0", "Connected=1", 0x8001),
     ("SO01=0", "SO01=1", 0x8002),
@@ -161,9 +161,7 @@ _TROUBLES = [
 
 
 @pytest.mark.parametrize(("trouble", "back", "error"), _TROUBLES)
-def test_what_takes_the_robot_away_aborts_in_every_state(
-    trouble: str, back: str, error: int
-) -> None:
+def test_an_unavailable_robot_aborts_every_state(trouble: str, back: str, error: int) -> None:
     """Source: manual chapter 5, 2; PackML: aborting is entered on a machine fault."""
     plc = _Bench()
     for state in _NUMBERS:
@@ -210,8 +208,8 @@ def test_an_abort_by_command_has_no_error_behind_it() -> None:
 
 
 @pytest.mark.parametrize("state", _NUMBERS)
-def test_the_unit_mode_changes_at_rest_only(state: str) -> None:
-    """Source: PackML leaves it to the machine where: here in Stopped, Idle and Aborted."""
+def test_the_unit_mode_changes_only_in_stopped_idle_and_aborted(state: str) -> None:
+    """Source: PackML lets the machine choose these states: Stopped, Idle and Aborted."""
     plc = _Bench()
     for mode, number in (("MAINTENANCE", 2), ("MANUAL", 3), ("PRODUCTION", 1)):
         before = plc["PackMl.Mode"]
@@ -242,7 +240,7 @@ def test_a_mode_that_is_refused_is_told_although_the_command_beside_it_is_taken(
     assert (plc.state, plc["PackMl.ErrorID"]) == ("UNHOLDING", 0x8077)
 
 
-def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
+def test_an_accepted_mode_clears_the_error_of_a_refused_command() -> None:
     """Source: comment of Error: until the next request."""
     plc = _Bench()
     plc.put("IDLE")
@@ -256,7 +254,7 @@ def test_a_mode_that_is_taken_clears_the_refusal_of_a_command() -> None:
     assert (plc["PackMl.Mode"], plc["PackMl.UnitModeCurrent"]) == ("PACKML_MODE_MANUAL", 3)
 
 
-def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
+def test_abortid_keeps_the_first_fault_while_other_faults_change() -> None:
     """Source: comment of AbortID: what has aborted."""
     plc = _Bench()
     plc.put("EXECUTE")
@@ -272,8 +270,8 @@ def test_what_has_aborted_stays_told_while_other_faults_come_and_go() -> None:
     assert (plc.state, plc["PackMl.AbortID"]) == ("ABORTING", 0), "the command came first"
 
 
-def test_before_the_first_call_the_outputs_say_what_the_first_call_says() -> None:
-    """An HMI that reads the outputs earlier sees Aborted (9) in Production (1)."""
+def test_before_the_first_call_the_outputs_show_the_initial_state() -> None:
+    """Before the first call, the outputs already show Aborted (9) in Production (1) to an HMI."""
     block = Alone("FB_PackMl", {"Robot": "RCX_REF"})
     for _ in range(2):
         shown = [block[f"Block.{pin}"] for pin in ("State", "Mode")]

@@ -16,21 +16,21 @@ _ROBOT = ROOT / "docs/how-to/operator/robot.toml"
 
 
 class _Line:
-    """A production line that gives the commands."""
+    """A production line that gives the PackML commands to the cell."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
         self.seen = ["ABORTED"]
 
     def command(self, command: str) -> None:
-        """Give a command, then withdraw the request."""
+        """Give a PackML command, then withdraw its request."""
         self.cell["Main.CntrlCmd"] = f"PACKML_CMD_{command}"
         self.cell["Main.Change"] = True
         self.scan()
         self.cell["Main.Change"] = False
 
     def scan(self, count: int = 1) -> None:
-        """Run scans, and record new states."""
+        """Run scans, and record each new PackML state."""
         for _ in range(count):
             self.cell.scan()
             state = str(self.cell["Main.PackMl.State"]).removeprefix("PACKML_")
@@ -38,13 +38,13 @@ class _Line:
                 self.seen.append(state)
 
     def go(self, *steps: tuple[str, str]) -> None:
-        """Give each command, and scan until the state that follows it."""
+        """Give each command, and scan until the state that must follow this command."""
         for command, state in steps:
             self.command(command)
             self.until(state)
 
     def until(self, state: str) -> None:
-        """Scan until this state."""
+        """Run scans until the cell is in this PackML state."""
         for _ in range(500):
             if self.seen[-1] == state:
                 return
@@ -104,7 +104,9 @@ def test_a_robot_program_runs_to_complete_with_a_hold_and_a_suspension_in_betwee
 
 @pytest.mark.parametrize("link", ["", "link_down"])
 def test_a_second_run_is_complete_only_at_its_own_end(line: _Line, link: str) -> None:
-    """At its start SO(20) is still ON from the first run, even after a loss of the link.
+    """A second run is complete only at its own end.
+
+    At its start SO(20) is still ON from the first run, even after a loss of the link.
 
     Source: docs/how-to/operator/packml.md.
     """
@@ -135,10 +137,12 @@ def _to_execute(line: _Line) -> None:
         ("parallel_stop", "parallel_stop_release", 0x8007),
     ],
 )
-def test_a_program_that_is_stopped_from_elsewhere_is_held_and_goes_on_to_its_end(
+def test_a_program_stopped_from_outside_is_held_and_continues_to_its_end(
     tmp_path: Path, event: str, back: str, error: int
 ) -> None:
-    """An Unhold that comes too early leads back to Held.
+    """A program that is stopped outside of PackML is held, and an Unhold continues it to its end.
+
+    An Unhold that comes too early leads back to Held.
 
     Source: manual chapter 1, 5.1; chapter 5, 2 and 3.2, SO(10), SO(13);
     docs/how-to/operator/packml.md.
@@ -169,7 +173,7 @@ def test_a_program_that_is_stopped_from_elsewhere_is_held_and_goes_on_to_its_end
 
 
 def test_a_program_that_ends_before_its_last_line_is_not_complete(line: _Line) -> None:
-    """Source: docs/how-to/operator/packml.md: only SO(20) tells."""
+    """Source: docs/how-to/operator/packml.md: only SO(20) reports the last line."""
     _to_execute(line)
     line.scan(20)
     line.cell.inject("program_end")
@@ -202,8 +206,8 @@ def test_a_hold_near_the_end_does_not_run_the_program_again(
     assert line.cell.robot.machine.ports.read(port("SO3()")) == 4
 
 
-def test_what_fails_in_resetting_and_starting_stops_and_nothing_hangs(line: _Line) -> None:
-    """The missing condition is AUTO mode.
+def test_a_failure_in_resetting_or_starting_leads_to_stopped(line: _Line) -> None:
+    """If Resetting or Starting fails, the cell goes to Stopped. The missing condition is AUTO mode.
 
     Source: manual chapter 5, 2, SI(15): it is necessary that the controller is in the AUTO mode.
     """
@@ -229,10 +233,13 @@ def test_what_fails_in_resetting_and_starting_stops_and_nothing_hangs(line: _Lin
         ("emergency_stop", "emergency_stop_release", 0x8009),
     ],
 )
-def test_what_fails_in_clearing_aborts_and_the_servos_do_not_come_later(
+def test_a_failure_in_clearing_aborts_and_the_servos_stay_off(
     line: _Line, event: str, back: str, error: int
 ) -> None:
-    """Source: manual chapter 5, 2, SO(04), and 3.1; nothing starts by itself."""
+    """A failure in Clearing leads to Aborted, and the servos do not turn ON later.
+
+    Source: manual chapter 5, 2, SO(04), and 3.1.
+    """
     line.cell.inject(event)
     line.scan(20)
     line.go(("CLEAR", "ABORTING"))
@@ -245,7 +252,7 @@ def test_what_fails_in_clearing_aborts_and_the_servos_do_not_come_later(
     line.go(("CLEAR", "STOPPED"))
 
 
-def test_what_comes_while_the_servos_come_on_aborts_and_is_over_in_aborted(line: _Line) -> None:
+def test_a_fault_during_servo_on_aborts_and_ends_in_aborted(line: _Line) -> None:
     """Source: PackML, Aborting."""
     line.command("CLEAR")
     line.scan()
@@ -257,7 +264,7 @@ def test_what_comes_while_the_servos_come_on_aborts_and_is_over_in_aborted(line:
 
 
 @pytest.mark.parametrize("later", [1, 2])
-def test_no_command_of_the_line_is_lost_beside_one_of_the_programs_own(
+def test_no_command_of_the_line_is_lost_beside_a_command_of_the_program(
     line: _Line, later: int
 ) -> None:
     """Source: PackTags: a rising edge of CmdChangeRequest."""
@@ -280,7 +287,7 @@ def test_no_command_of_the_line_is_lost_beside_one_of_the_programs_own(
         ("alarm", "", 0x8004),
     ],
 )
-def test_what_takes_the_robot_away_aborts_and_nothing_starts_until_it_is_said(
+def test_an_unavailable_robot_aborts_and_nothing_starts_without_a_command(
     line: _Line, event: str, back: str, error: int
 ) -> None:
     """Source: manual chapter 1, 5 and chapter 5, 3.1; PackML, Aborting."""
@@ -300,7 +307,7 @@ def test_what_takes_the_robot_away_aborts_and_nothing_starts_until_it_is_said(
     line.go(("RESET", "IDLE"), ("START", "COMPLETE"))
 
 
-def test_stop_leads_to_stopped_from_where_a_new_run_begins(line: _Line) -> None:
+def test_after_stop_a_new_run_can_begin(line: _Line) -> None:
     """Source: PackML, Stopping."""
     _to_execute(line)
     line.go(("STOP", "STOPPED"))

@@ -21,17 +21,19 @@ END_PROGRAM
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="names of files are bytes on Linux only")
-def test_a_run_in_a_folder_whose_name_is_no_text_writes_all_its_files(
+def test_a_run_in_a_folder_whose_name_is_not_text_writes_all_its_files(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Example: a backup of a machine that used Shift_JIS, on a machine that uses UTF-8.
+    """A run writes all its files into a folder whose name is not valid UTF-8.
+
+    Example: a backup of a machine that used Shift_JIS, on a machine that uses UTF-8.
 
     Source: docs/reference/limits.md, files.
     """
     folder = Path(os.fsdecode(os.fsencode(tmp_path) + b"/\x83e\x83X"))
     folder.mkdir()
     monkeypatch.chdir(folder)
-    spare_no_character()  # as the command does at its start
+    spare_no_character()  # the command `rcx` makes this call at its start
     program = Path(os.fsdecode(b"\x83v.st"))
     program.write_text(_PROGRAM, encoding="utf-8")
     words = ["run", os.fspath(program), "--for", "30ms", "--coverage", "--engine", "builtin"]
@@ -44,8 +46,8 @@ def test_a_run_in_a_folder_whose_name_is_no_text_writes_all_its_files(
     assert main(["view", os.fspath(folder / f"{program.stem}.trace"), "-o", "page.html"]) == 0
 
 
-def test_bytes_that_are_no_characters_are_written_escaped(tmp_path: Path) -> None:
-    r"""Source: PEP 383; what is read of it is `\udc83`."""
+def test_bytes_that_are_not_characters_are_printed_escaped(tmp_path: Path) -> None:
+    r"""Source: PEP 383: Python reads the byte 0x83 as `\udc83`."""
     assert encoded("a\udc83\u30c6") == b"a\\udc83\xe3\x83\x86"
     replace_files({tmp_path / "a": "x\udc83", tmp_path / "b": b"\x83"})
     assert (tmp_path / "a").read_bytes() == b"x\\udc83"

@@ -19,7 +19,7 @@ from structured_text.output.programs import Program, run
 pytestmark = pytest.mark.skipif(os.name != "posix", reason="the programs are shell scripts")
 
 _LONGEST = 60
-#: Prints its process number and runs for ever with its output open.
+#: A shell script that prints its process number and runs for ever with its output open.
 _ENDLESS = "echo $$; exec sleep 1000"
 
 
@@ -54,7 +54,7 @@ def test_children_of_a_program_are_killed_with_it() -> None:
     assert program.returncode == -signal.SIGKILL
 
 
-#: Starts a program, then waits for its own end.
+#: A Python program that starts another program, and runs until its standard input closes.
 _PARENT = f"""
 import subprocess, sys
 import select
@@ -70,7 +70,7 @@ while not select.select([sys.stdin], [], [], 0.1)[0]:
 def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals) -> None:
     """Program and parent hold the same pipe open, so it closes only when both have ended.
 
-    Source: a defect report: a child never outlives its parent, whatever ends it.
+    Source: a defect report: a child process never outlives its parent, however the parent ends.
     """
     pipe = subprocess.PIPE
     with subprocess.Popen([sys.executable, "-c", _PARENT], stdin=pipe, stdout=pipe) as parent:
@@ -81,12 +81,12 @@ def test_a_program_ends_with_the_process_that_started_it(number: signal.Signals)
 
 
 def _assert_closed(stream: IO[bytes]) -> None:
-    """Check that no process has the other end of the pipe open. A zombie does not count."""
+    """Check that no process has the writing end of the pipe open. Zombies do not count."""
     assert select.select([stream], [], [], _LONGEST)[0], "another process still has the pipe open"
     assert stream.read() == b""
 
 
-#: Modules that start processes of this package. Such a process ends with its standard input.
+#: Modules that start processes of this package, which end when their standard input closes.
 _OWN = {
     "rcx_harness.enip.child",
     "rcx_harness.serve.host",

@@ -1,4 +1,7 @@
-"""A special or too large file that a user names is never read and gives one message."""
+"""If a user names a special file or a file that is too large, one message reports it.
+
+Such a file is never read.
+"""
 
 from __future__ import annotations
 
@@ -84,13 +87,13 @@ def test_every_command_refuses_a_pipe_where_it_takes_a_file(
 
 
 def test_a_file_that_is_too_large_is_not_read(tmp_path: Path) -> None:
-    """The largest accepted size is exactly the limit.
+    """A file of exactly the largest size is read; a file with one more byte is refused.
 
     Source: docs/reference/limits.md, files.
     """
     file = tmp_path / "large.st"
     with file.open("wb") as stream:
-        stream.truncate(1 << 20)  # without using space on the disk
+        stream.truncate(1 << 20)  # a sparse file uses no space on the disk
     assert len(file_bytes(file, _SMALL)) == 1 << 20
     with file.open("ab") as stream:
         stream.write(b"x" * 100_000)

@@ -46,7 +46,7 @@ def test_after_a_quiet_time_lines_pass_again() -> None:
 
 @pytest.mark.exhaustive
 def test_a_noisy_master_leaves_little_in_the_log() -> None:
-    """For ten minutes, a connection comes and goes, with commands and broken rules."""
+    """A master that reconnects and breaks rules for ten minutes leaves less than 1000 lines."""
     served = ServedHost()
     lines = Lines([served])
     written = lines.new()

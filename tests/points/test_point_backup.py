@@ -62,7 +62,10 @@ def test_each_kind_of_data_has_its_command_and_its_values(
     words: list[int],
     values: list[int],
 ) -> None:
-    """Source: guide 4.3.1 to 4.3.5, the examples; spaces behind a comment are the definition's."""
+    """Each kind of data has its command, and its values in a row.
+
+    Source: guide 4.3.1 to 4.3.5, examples; the definition of comments fills them with spaces.
+    """
     plc.stored[code, number] = _wide(words)
     assert plc.run("Backup", Kind=f"DATA_{kind}", RobotNumber=robot, First=number, Count=1) == 0
     flag = words[0] if kind == "POINTS" else 0
@@ -85,7 +88,10 @@ def test_each_kind_of_data_has_its_command_and_its_values(
 def test_a_comment_ends_before_its_first_zero(
     plc: PointsBench, words: list[int], values: list[int]
 ) -> None:
-    """Source: guide 4.3.2; what is behind the text is not said: spaces, as FB_WritePointComment."""
+    """The block replaces the characters after the first zero by spaces.
+
+    Source: guide 4.3.2, which does not define them; FB_WritePointComment sends spaces.
+    """
     plc.stored[0x104, 7] = _wide([0, 0, *words])
     assert plc.run("Backup", Kind="DATA_COMMENTS", First=7, Count=1) == 0
     assert plc.row(1) == (True, 0, [*values, _SPACES, _SPACES, 0, 0])
@@ -94,25 +100,25 @@ def test_a_comment_ends_before_its_first_zero(
 @pytest.mark.parametrize(
     ("kind", "code"), [("SHIFTS", 0x10C), ("HANDS", 0x110), ("PALLETS", 0x108)]
 )
-def test_words_behind_the_data_are_no_values(plc: PointsBench, kind: str, code: int) -> None:
-    """Source: guide 4.3.3 to 4.3.5: four values each."""
+def test_words_after_the_data_are_not_values(plc: PointsBench, kind: str, code: int) -> None:
+    """Source: guide 4.3.3 to 4.3.5: pallets, shifts and hands have four values each."""
     plc.stored[code, 5] = [0, *range(1, 14)]
     assert plc.run("Backup", Kind=f"DATA_{kind}", First=5, Count=1) == 0
     assert plc.row(1)[2][4:] == [0, 0]
     assert all(plc.row(1)[2][:3])
 
 
-def test_an_alarm_that_means_missing_points_means_nothing_for_shifts_after_them(
+def test_the_alarm_for_a_missing_point_ends_a_backup_of_shifts(
     plc: PointsBench,
 ) -> None:
-    """The alarm is 6.204, "Point doesn't exist"."""
+    """The alarm for a missing point (6.204) has no meaning for shifts: it ends the block."""
     assert plc.run("Backup", First=5, Count=1) == 0
     assert plc.row(1) == EMPTY
     plc.refuses[5] = (6, 204)
     assert plc.run("Backup", Kind="DATA_SHIFTS", First=5, Count=1) == 0x8020
 
 
-def test_after_a_range_that_was_refused_another_one_is_taken(plc: PointsBench) -> None:
+def test_after_a_refused_range_the_next_range_is_accepted(plc: PointsBench) -> None:
     assert plc.run("Backup", most=1, First=-1) == 0x8044
     assert plc.run("Backup", most=1, RobotNumber=5, First=0) == 0x8040
     assert plc.run("Backup", RobotNumber=0, First=0, Count=2) == 0
@@ -137,8 +143,12 @@ def test_a_pallet_whose_first_point_is_0_is_defined(plc: PointsBench) -> None:
 
 
 @pytest.mark.parametrize(("kind", "number"), [("COMMENTS", 12), ("PALLETS", 12)])
-def test_what_is_not_there_is_an_empty_row(plc: PointsBench, kind: str, number: int) -> None:
-    """The alarms 6.204 and 6.236 are assumed, because the manual names none.
+def test_a_missing_comment_or_pallet_is_an_empty_row(
+    plc: PointsBench, kind: str, number: int
+) -> None:
+    """A missing comment or pallet gives an empty row.
+
+    The alarms 6.204 and 6.236 are assumed, because the manual names none.
 
     Source: docs/explanation/fidelity.md, other-alarms and undefined-pallet
     """
@@ -157,7 +167,7 @@ def test_what_is_not_there_is_an_empty_row(plc: PointsBench, kind: str, number: 
         ("HANDS", (6, 0)),
     ],
 )
-def test_any_other_alarm_ends_it_at_its_number(
+def test_any_other_alarm_ends_the_backup_at_its_number(
     plc: PointsBench, kind: str, alarm: tuple[int, int]
 ) -> None:
     """Source: guide chapter 1, 1.2, code 0x4000."""
@@ -218,7 +228,7 @@ def test_a_range_that_does_not_exist_is_refused_in_the_next_scan(
         ({"Kind": "DATA_PALLETS", "Count": 40}, [0x109, 0, 39]),
     ],
 )
-def test_the_last_numbers_are_there(
+def test_the_highest_numbers_can_be_read(
     plc: PointsBench, inputs: dict[str, Any], last: list[int]
 ) -> None:
     """Source: guide 4.3.1 to 4.3.3."""
@@ -235,8 +245,8 @@ def test_all_shifts_and_all_hands_fit_into_a_record(plc: PointsBench) -> None:
         assert [plc.row(k + 1)[2][0] for k in range(count)] == list(range(count))
 
 
-def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> None:
-    """The record is equal to that of an undisturbed run."""
+def test_resume_continues_after_the_last_row_that_was_read(plc: PointsBench) -> None:
+    """After an interruption, Resume continues with the next row; the record is complete."""
     for number in range(10, 16):
         plc.stored[0x100, number] = _wide([0, 0, number])
     assert plc.run("Backup", First=10, Count=6) == 0
@@ -247,18 +257,18 @@ def test_resume_goes_on_behind_the_rows_that_were_taken(plc: PointsBench) -> Non
     assert (plc["Backup.Number"], plc["Head"]["Count"]) == (13, 3)
     plc.refuses.clear()
     plc.sent.clear()
-    # the pins are no longer read
+    # the pins are not sampled after the edge
     assert plc.run("Backup", Resume=True, First=77, Count=2, Kind="DATA_SHIFTS", RobotNumber=9) == 0
     assert [words[:3] for words in plc.sent] == [[0x101, 0, n] for n in (13, 14, 15)]
     assert (plc["Head"], [plc.row(k) for k in range(1, 7)]) == whole
 
 
-def test_a_complete_record_is_not_resumed_and_so_never_looks_as_if_it_was_read_again(
+def test_a_complete_record_is_not_resumed(
     plc: PointsBench,
 ) -> None:
-    """The rows are those of the earlier reading.
+    """If Resume is TRUE for a complete record, the block reports 16#8069 and sends nothing.
 
-    Number is the next First, as at the end of that reading.
+    Rows, head and Number keep their values of the last reading.
 
     Source: docs/reference/errors.md, 16#8069; comment of Resume
     """
@@ -296,13 +306,13 @@ def test_the_inputs_are_sampled_at_the_rising_edge(plc: PointsBench) -> None:
     plc["Backup.First"], plc["Backup.Count"], plc["Backup.RobotNumber"] = 0, 9, 3
     plc["Backup.Kind"], plc["Backup.Resume"] = "DATA_PALLETS", True
     plc.change("Backup.Execute", to=False)
-    plc["Backup.Execute"] = True  # an edge while the block is Busy
+    plc["Backup.Execute"] = True  # a second edge of Execute while the block is Busy
     plc.scan_until(lambda: not plc["Backup.Busy"])
     assert plc["Backup.Done"] is True
     assert [words[:3] for words in plc.sent] == [[0x101, 0, 20], [0x101, 0, 21]]
 
 
-def test_a_pulse_of_execute_is_enough_and_the_first_command_goes_out_at_once(
+def test_a_pulse_of_execute_is_enough_and_the_first_command_is_sent_at_once(
     plc: PointsBench,
 ) -> None:
     """The data are sent in the scan of the edge, the code in the next scan.
@@ -337,7 +347,7 @@ def test_a_row_is_taken_in_one_scan_only(plc: PointsBench) -> None:
     assert plc["Backup.Done"] is True
 
 
-def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench) -> None:
+def test_a_lost_link_ends_the_block_and_nothing_restarts_by_itself(plc: PointsBench) -> None:
     """Source: manual chapter 1, 5.2."""
     plc.scan_until(lambda: plc["Backup.Row"] == 3, execute="Backup")
     plc.change("Connected", to=False, scans=3)
@@ -354,7 +364,7 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
 
 @pytest.mark.parametrize("error", [0x8001, 0x8002])
 @pytest.mark.parametrize("between", [False, True])
-def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
+def test_a_lost_or_unready_controller_ends_the_backup_in_the_same_scan(
     plc: PointsBench, between: bool, error: int
 ) -> None:
     """Source: docs/reference/errors.md, 16#8001 and 16#8002."""
@@ -368,8 +378,8 @@ def test_a_controller_that_is_gone_or_not_ready_ends_it_in_the_same_scan(
     assert (plc["Backup.Error"], plc["Backup.ErrorID"]) == (True, error)
 
 
-def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
-    """The next row is not requested, although the link is there again."""
+def test_a_link_lost_for_one_scan_between_two_rows_ends_the_block(plc: PointsBench) -> None:
+    """If the link is lost for one scan between two rows, the next row is not requested."""
     plc.scan_until(lambda: bool(plc["Backup.Taken"]), execute="Backup")
     plc.change("Connected", to=False)
     plc.change("Connected", to=True, scans=20)
@@ -377,14 +387,20 @@ def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBe
     assert [words[2] for words in plc.sent] == [0]
 
 
-def test_a_range_that_does_not_exist_is_told_without_a_link_too(plc: PointsBench) -> None:
-    """Source: docs/reference/errors.md, 16#8044: the inputs are wrong in any case."""
+def test_an_illegal_range_is_reported_even_without_a_link(plc: PointsBench) -> None:
+    """An illegal range is reported as 16#8044 even without a link.
+
+    Source: docs/reference/errors.md, 16#8044.
+    """
     plc["Connected"] = False
     assert plc.run("Backup", most=1, First=-1) == 0x8044
 
 
-def test_while_it_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench) -> None:
-    """The restore's command is on the wire and uses the command words. Source: PLCopen, Active."""
+def test_while_the_backup_waits_for_its_turn_it_is_busy_but_not_active(plc: PointsBench) -> None:
+    """While a restore has the command words, the backup is Busy but not Active.
+
+    Source: PLCopen, Active.
+    """
     plc.stored[0x100, 10] = POINT_50
     assert plc.run("Backup", First=10, Count=1) == 0
     plc.silent = True
@@ -404,7 +420,7 @@ def test_with_done_number_is_the_first_of_the_next_record(plc: PointsBench) -> N
     assert plc["Backup.Number"] == 8
 
 
-def test_a_short_comment_does_not_cut_the_next_one(plc: PointsBench) -> None:
+def test_a_short_comment_does_not_truncate_the_next_one(plc: PointsBench) -> None:
     """Source: guide 4.3.2."""
     plc.stored[0x104, 7] = _wide([0, 0, 0x0041])
     plc.stored[0x104, 8] = _wide([0, 0, *[0x4241] * 8])

@@ -20,10 +20,8 @@ def plc(request: pytest.FixtureRequest) -> PointsBench:
 
 
 @_on_both
-def test_a_link_that_is_there_in_the_scan_after_the_edge_was_in_time(
-    plc: PointsBench, block: str
-) -> None:
-    """Source: the head of FB_RcxJob: it ends at the earliest in the call after the first one."""
+def test_a_link_in_the_scan_after_the_edge_is_early_enough(plc: PointsBench, block: str) -> None:
+    """Source: head of FB_RcxJob: a job ends at the earliest in its second call."""
     plc["Connected"] = False
     plc.change(f"{block}.Execute", to=True)
     plc["Connected"] = True
@@ -40,7 +38,7 @@ def test_each_answer_is_waited_for_no_longer_than_timeout(plc: PointsBench, bloc
 
 
 @_on_both
-def test_without_a_timeout_of_its_own_an_answer_is_waited_for_five_seconds(
+def test_without_timeout_pin_the_block_waits_five_seconds_for_an_answer(
     plc: PointsBench, block: str
 ) -> None:
     """Source: FB_PointBackup.md, FB_PointRestore.md, Timeout."""
@@ -101,10 +99,12 @@ def test_after_a_pulse_and_an_error_the_next_edge_may_come_at_once(
         ("Restore", "Number", 11),
     ],
 )
-def test_a_scan_without_a_call_or_with_two_ends_it(
+def test_a_missing_or_second_call_in_a_scan_ends_the_block(
     plc: PointsBench, block: str, pin: str, value: int, call: str, to: bool, error: int
 ) -> None:
-    """The block ends while it checks, while a command runs, and between two commands.
+    """A missing or second call in a scan ends the block in each of its states.
+
+    The states are: it checks the rows, a command runs, and between two commands.
 
     Source: docs/explanation/scan-model.md, one scan
     """

@@ -1,4 +1,4 @@
-"""A record has the checksum of zlib, and survives the virtual controller."""
+"""A record has the CRC-32 of zlib, and loses no data if a virtual controller stores it."""
 
 from __future__ import annotations
 
@@ -49,7 +49,9 @@ def plc(request: pytest.FixtureRequest) -> PointsBench:
 def test_the_checksum_is_the_crc_32_of_head_and_rows(
     plc: PointsBench, kind: str, robot: int
 ) -> None:
-    """The bytes are little endian: code and robot of the definition, First, then each row.
+    """The checksum is the CRC-32 of head and rows, in little endian.
+
+    The bytes are code and robot of the definition, First, then each row.
 
     Source: IEEE 802.3, as zlib has it; all bits inverted
     """
@@ -91,8 +93,10 @@ def _run(cell: Cell, block: str, **inputs: object) -> object:
 
 
 @pytest.mark.parametrize("kind", list(_CODES))
-def test_what_one_controller_has_another_one_gets_without_a_loss(kind: str) -> None:
-    """The record has the largest numbers and all flags. Nothing is rounded.
+def test_a_record_is_copied_to_another_controller_without_loss(kind: str) -> None:
+    """A record that is written to another controller arrives there without a difference.
+
+    The record has the largest numbers and all flags. Nothing is rounded.
 
     Source: guide 4.3.1 to 4.3.5.
     """

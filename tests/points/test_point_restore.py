@@ -31,7 +31,7 @@ def plc(request: pytest.FixtureRequest) -> PointsBench:
         ("PALLETS", 0, 0x108, 10, [0, 10, 15, 1, 100, *[0] * 9]),
     ],
 )
-def test_what_was_read_is_written_with_the_telegram_of_the_manual(
+def test_rows_are_written_with_the_telegrams_of_the_manual(
     plc: PointsBench, kind: str, robot: int, code: int, number: int, words: list[int]
 ) -> None:
     """Source: guide 4.3.1 to 4.3.5, the examples of the definitions."""
@@ -53,7 +53,7 @@ def test_a_row_that_is_not_defined_is_not_written(plc: PointsBench) -> None:
     assert plc.run("Restore") == 0
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 13)]
     assert plc["Robot.Inner.Command.NextTicket"] - tickets == 3, (
-        "the block does not wait for a turn either"
+        "the block takes no ticket for an undefined row"
     )
 
 
@@ -121,7 +121,7 @@ def test_the_robot_of_hands_belongs_to_therecord(plc: PointsBench) -> None:
 def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
     plc: PointsBench, change: dict[str, Any], error: int, row: int
 ) -> None:
-    """Row is always a row of the array, because the program uses it as an index."""
+    """An illegal head or FirstRow is refused, and Row stays a legal index of the array."""
     record(plc)
     for place, value in change.items():
         plc[place] = value
@@ -130,8 +130,10 @@ def test_a_head_or_a_first_row_that_does_not_exist_is_refused(
     assert plc["Restore.Row"] == row
 
 
-def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: PointsBench) -> None:
-    """No row is left out, although the block had already checked some rows."""
+def test_a_restore_interrupted_during_its_check_can_start_at_first_row_again(
+    plc: PointsBench,
+) -> None:
+    """If the link is lost during the check, Row is FirstRow again, so no row is left out."""
     record(plc, count=9)
     plc["Restore.FirstRow"] = 2
     plc.scan_until(lambda: plc["Restore.Row"] == 7, execute="Restore")
@@ -141,9 +143,7 @@ def test_who_is_interrupted_while_it_checks_begins_where_it_was_to_begin(plc: Po
 
 
 @pytest.mark.parametrize("row", [3, 7])
-def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
-    plc: PointsBench, row: int
-) -> None:
+def test_a_controller_that_is_no_longer_ready_ends_the_check(plc: PointsBench, row: int) -> None:
     """Source: docs/reference/errors.md, 16#8002."""
     record(plc, count=9)
     plc.scan_until(lambda: plc["Restore.Row"] == row, execute="Restore")
@@ -154,7 +154,7 @@ def test_a_controller_that_is_not_ready_any_more_ends_it_while_it_checks(
 
 def test_an_array_that_was_never_filled_is_refused(plc: PointsBench) -> None:
     assert (plc["Restore.Row"], plc["Backup.Row"]) == (1, 1), (
-        "Row is a row of the array from the start"
+        "Row is a legal index of the array from the start"
     )
     assert plc.run("Restore", most=1) == 0x8044
     assert plc["Restore.LastDifferent"] == -1
@@ -164,7 +164,7 @@ _DIFFERENT: list[tuple[str, int]] = [("Flag", 2), *((f"Values[{k}]", 1000) for k
 
 
 @pytest.mark.parametrize(("field", "value"), _DIFFERENT)
-def test_each_field_counts_in_a_comparison(plc: PointsBench, field: str, value: int) -> None:
+def test_a_difference_in_any_field_is_detected(plc: PointsBench, field: str, value: int) -> None:
     """Source: guide 4.3.1: flag, and the data of six axes."""
     record(plc)
     assert plc.run("Restore") == 0
@@ -177,8 +177,12 @@ def test_each_field_counts_in_a_comparison(plc: PointsBench, field: str, value: 
 
 
 @pytest.mark.parametrize("place", [0, 3, 5, 7, 9, 11, 13])
-def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int) -> None:
-    """Flag 0 differs from 1, and a negative value differs from a positive one in the higher word.
+def test_a_lower_value_in_the_controller_counts_as_a_difference(
+    plc: PointsBench, place: int
+) -> None:
+    """A value that is lower in the controller than in the record also counts as a difference.
+
+    The flag is 0 instead of 1, or a value is negative instead of positive.
 
     Source: guide 4.3.1: flag, and the data of six axes as double words with a sign.
     """
@@ -190,8 +194,10 @@ def test_what_is_less_in_the_controller_differs_too(plc: PointsBench, place: int
 
 
 @pytest.mark.parametrize("kept", [False, True])
-def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) -> None:
-    """Either only the record has the point, or only the controller has it.
+def test_a_point_of_zeros_differs_from_a_missing_point(plc: PointsBench, kept: bool) -> None:
+    """A point with only zeros differs from a missing point.
+
+    Either only the record has the point, or only the controller has it.
 
     Source: docs/how-to/points.md: a number that is not defined is a row with Defined FALSE.
     """
@@ -206,7 +212,7 @@ def test_a_row_of_zeros_is_not_the_same_as_none(plc: PointsBench, kept: bool) ->
     assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (1, 10)
 
 
-def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> None:
+def test_number_always_names_the_point_in_row(plc: PointsBench) -> None:
     """Source: docs/reference/blocks/FB_PointRestore.md, Number; point 10 is in row 1."""
     record(plc)
     plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
@@ -220,12 +226,10 @@ def test_number_is_that_of_the_point_in_row_in_every_scan(plc: PointsBench) -> N
 
 @pytest.mark.parametrize("compares", [False, True])
 @pytest.mark.parametrize("first", [1, 3])
-def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
-    plc: PointsBench, compares: bool, first: int
-) -> None:
-    """FirstRow := Row starts again afterwards.
+def test_row_is_1_again_in_the_scan_of_done(plc: PointsBench, compares: bool, first: int) -> None:
+    """In the scan of Done, Row is 1, so a start with FirstRow := Row writes all rows again.
 
-    A Done without work would look like a restore.
+    A start that only reports Done without work would look like a restore.
 
     Source: comments of Row and FirstRow
     """
@@ -242,7 +246,7 @@ def test_at_the_end_the_cursor_is_at_row_1_again_in_the_scan_of_done(
 
 
 def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
-    """A row is missing in the record, missing in the controller, or different."""
+    """A comparison reports every row that differs or is missing on one side."""
     record(plc, missing=11)
     assert plc.run("Restore") == 0
     plc.stored[0x100, 11] = list(POINT_100)
@@ -258,14 +262,17 @@ def test_a_comparison_names_every_row_that_differs(plc: PointsBench) -> None:
     assert named == [(11, 1), (12, 2), (13, 3)]
     assert plc["Restore.Done"] is True
     plc.change("Restore.Execute", to=False, scans=3)
-    # then a comparison without differences begins again
+    # afterwards a comparison without differences resets the outputs
     assert plc.run("Restore", CompareOnly=False) == 0
     assert (plc["Restore.Differences"], plc["Restore.LastDifferent"]) == (0, -1)
     assert plc["Restore.Different"] is False
 
 
 def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) -> None:
-    """Zeros and spaces after a comment mean the same comment. Source: guide 4.3.2."""
+    """Pallets and comments are compared as the controller stores them.
+
+    A comment filled with zeros equals a comment filled with spaces. Source: guide 4.3.2.
+    """
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0x2020] * 7, 0, 0, 0, 0]
     assert plc.run("Backup", Kind="DATA_COMMENTS", First=3, Count=1) == 0
     plc.stored[0x104, 3] = [0, 0, 0x4157, *[0] * 11]
@@ -273,8 +280,10 @@ def test_pallets_and_comments_are_compared_as_they_are_stored(plc: PointsBench) 
     assert plc["Restore.Differences"] == 0
 
 
-def test_it_stops_on_the_point_that_is_refused_and_goes_on_there(plc: PointsBench) -> None:
-    """The programming box (pendant) has the authority: alarm 12.76.
+def test_a_restore_stops_at_a_refused_point_and_can_continue_there(plc: PointsBench) -> None:
+    """If a row is refused, the block ends at this row and can be continued there.
+
+    In this test the pendant (programming box) has the control authority: alarm 12.76.
 
     Source: guide chapter 1, 1.2, code 0x4000.
     """
@@ -299,7 +308,7 @@ def test_the_alarm_of_a_write_is_never_taken_for_a_missing_point(plc: PointsBenc
     assert (plc["Restore.AlarmGroup"], plc["Restore.AlarmCategory"]) == (6, 204)
 
 
-def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench) -> None:
+def test_a_lost_link_ends_the_block_and_nothing_restarts_by_itself(plc: PointsBench) -> None:
     """Source: manual chapter 1, 5.2."""
     record(plc)
     plc.scan_until(lambda: len(plc.sent) == 2, execute="Restore")
@@ -312,8 +321,11 @@ def test_a_lost_link_ends_it_and_nothing_begins_again_by_itself(plc: PointsBench
     assert [words[2] for words in plc.sent] == [10, 11, 11, 12, 13]
 
 
-def test_a_link_that_is_lost_for_one_scan_between_two_rows_ends_it(plc: PointsBench) -> None:
-    """The next row is not written, although the link is there again. Source: as above."""
+def test_a_link_lost_for_one_scan_between_two_rows_ends_the_block(plc: PointsBench) -> None:
+    """If the link is lost for one scan between two rows, the block does not write the next row.
+
+    Source: manual chapter 1, 5.2.
+    """
     record(plc)
     plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
     plc.scan_until(lambda: plc["Restore.Row"] == 2)
@@ -347,8 +359,11 @@ def test_a_pulse_of_execute_is_enough(plc: PointsBench) -> None:
     assert [words[:3] for words in plc.sent] == [[0x100, 1, n] for n in (10, 11, 12, 13)]
 
 
-def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBench) -> None:
-    """The controller no longer has any of the four points. Source: PLCopen, edge-triggered."""
+def test_a_comparison_started_by_a_pulse_shows_its_progress(plc: PointsBench) -> None:
+    """A comparison started by a pulse of Execute counts its differences while it runs.
+
+    The controller no longer has any of the four points. Source: PLCopen, edge-triggered blocks.
+    """
     record(plc)
     plc["Restore.CompareOnly"], plc["Restore.Execute"] = True, True
     plc.scan()
@@ -362,7 +377,7 @@ def test_a_comparison_that_a_pulse_has_started_is_shown_as_it_goes(plc: PointsBe
     assert seen == [10, 11, 12, 13]
 
 
-def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: PointsBench) -> None:
+def test_changing_a_row_during_its_command_does_not_change_the_command(plc: PointsBench) -> None:
     """Source: guide chapter 2: data and code are held unchanged until the end."""
     record(plc)
     plc.scan_until(lambda: len(plc.sent) == 1, execute="Restore")
@@ -376,10 +391,13 @@ def test_a_row_that_changes_under_a_command_does_not_change_the_command(plc: Poi
     assert plc.stored[0x100, 10] == [1, 0, 10, 0, *[0] * 10]
 
 
-def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
+def test_a_row_changed_while_it_waits_is_written_with_the_old_values(
     plc: PointsBench,
 ) -> None:
-    """The backup's command is on the wire meanwhile and uses the command words."""
+    """If a row changes while the restore waits for the command words, the old values are written.
+
+    The backup uses the command words meanwhile.
+    """
     record(plc)
     plc.silent = True
     plc.refuses[500] = (12, 76)
@@ -398,7 +416,7 @@ def test_a_row_that_changes_while_it_waits_for_its_turn_is_written_as_it_was(
     assert plc.stored == {(0x100, 10): [1, 0, 10, 0, *[0] * 10]}
 
 
-def test_the_flag_of_a_refused_write_is_not_in_the_command_that_compares(plc: PointsBench) -> None:
+def test_a_comparison_after_a_refused_write_sends_no_flag(plc: PointsBench) -> None:
     """Source: guide 4.3.1, the reference: word n+2 is not used, 16#0000."""
     record(plc)
     plc.refuses[10] = (12, 76)

@@ -42,7 +42,7 @@ def test_the_program_of_the_page_brings_back_a_point_that_was_changed(engine: st
 
 
 class _Panel(PointsBench):
-    """The page's program with its push buttons, and a controller with points 0 to 99."""
+    """The program of docs/how-to/points.md, and a controller with points 0 to 99."""
 
     def __init__(self, engine: str) -> None:
         super().__init__(engine, _PROGRAM)
@@ -56,7 +56,7 @@ class _Panel(PointsBench):
     def press(self, button: str, block: str) -> object:
         """Press a button until its block has ended, and return the ErrorID.
 
-        `sent` has only the telegrams of this press.
+        Afterwards `sent` has only the telegrams since this press.
         """
         self.sent.clear()
         self[button] = True
@@ -77,8 +77,10 @@ def panel(request: pytest.FixtureRequest) -> _Panel:
     return _Panel(request.param)
 
 
-def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(panel: _Panel) -> None:
-    """All rows are saved and compared. A restore then writes all rows; a backup reports 16#8069.
+def test_a_resume_switch_left_on_never_gives_done_without_work(panel: _Panel) -> None:
+    """If the switch stays at "go on" after the end, Done never appears without work.
+
+    After all rows are saved and compared, a restore writes all rows, and a backup reports 16#8069.
 
     Source: docs/how-to/points.md, In the PLC; docs/reference/errors.md, 16#8069
     """
@@ -98,7 +100,7 @@ def test_a_switch_that_is_left_at_go_on_never_makes_a_done_without_the_work(pane
     assert panel.row(1)[2][0] == 7777
 
 
-def test_go_on_goes_on_where_a_restore_stopped_and_nowhere_else(panel: _Panel) -> None:
+def test_the_resume_switch_continues_a_restore_where_it_stopped(panel: _Panel) -> None:
     """Source: docs/how-to/points.md, In the PLC."""
     assert panel.press("Save", "Backup") == 0
     panel["GoOn"] = True
@@ -124,7 +126,7 @@ def test_go_on_goes_on_where_a_restore_stopped_and_nowhere_else(panel: _Panel) -
     assert panel.numbers == list(range(100))
 
 
-def test_go_on_goes_on_behind_the_rows_that_were_saved(panel: _Panel) -> None:
+def test_the_resume_switch_continues_a_backup_after_the_saved_rows(panel: _Panel) -> None:
     """Source: docs/how-to/points.md, In the PLC."""
     panel.refuses[30] = (12, 76)
     assert panel.press("Save", "Backup") == 0x8020

@@ -20,7 +20,9 @@ END_PROGRAM
 
 @ON_BOTH
 def test_the_angle_of_a_vector_in_all_quarters_and_on_the_axes(engine: str) -> None:
-    """The tangent of 30 degrees is 0.57735. A vector without a length has the angle 0.
+    """FC_RcxAngle is correct in all quarters and on the axes; a zero vector has the angle 0.
+
+    The tangent of 30 degrees is 0.57735.
 
     Source: head of FC_RcxAngle
     """
@@ -60,8 +62,12 @@ END_PROGRAM
 
 
 @ON_BOTH
-def test_an_angle_without_its_whole_turns_is_exact(engine: str) -> None:
-    """Half a turn stays half a turn. With additional whole turns it becomes 180.
+def test_whole_turns_are_removed_from_an_angle_exactly(engine: str) -> None:
+    """FC_RcxHalfTurn removes whole turns without an error.
+
+    With whole turns, half a turn becomes 180 degrees.
+
+    Half a turn alone, 180 or -180 degrees, does not change.
 
     Source: head of FC_RcxHalfTurn
     """

@@ -1,4 +1,4 @@
-"""docs/how-to/position.md: a movement ends when a sensor responds or a key is released."""
+"""A movement ends when a sensor responds or a key is released, as docs/how-to/position.md says."""
 
 from __future__ import annotations
 
@@ -65,7 +65,7 @@ def _x(cell: Cell) -> float:
 
 
 def _rest(cell: Cell) -> None:
-    """Check that the stop is over: SI(06) is ON again, and nothing moves."""
+    """Check that the stop has ended: SI(06) is ON again, and the robot does not move."""
     cell["Main.Search"] = False
     cell.run("500ms")
     assert (cell["Main.Halt"], cell["Main.Robot.SI.SI06_Stop"]) == (False, True)
@@ -74,7 +74,7 @@ def _rest(cell: Cell) -> None:
     assert list(cell.robot.positions) == before
 
 
-def test_it_ends_where_the_sensor_comes_and_says_where_that_is(cell: Cell) -> None:
+def test_a_movement_ends_at_the_sensor_and_its_position_is_shown(cell: Cell) -> None:
     """Source: manual chapter 5, 3.3; guide 4.2.1, 4.7.4; 12.400 is the stop."""
     cell["Main.Search"] = True
     cell.run_until(lambda: cell["Main.Robot.Status"] == 0x0100, within="5s")
@@ -91,7 +91,7 @@ def test_it_ends_where_the_sensor_comes_and_says_where_that_is(cell: Cell) -> No
     assert not cell["Main.Place.Busy"], "the tool touched nothing"
 
 
-def test_it_moves_only_as_long_as_the_key_is_held(cell: Cell) -> None:
+def test_the_robot_moves_only_as_long_as_the_key_is_held(cell: Cell) -> None:
     """Source: manual chapter 5, 3.3."""
     cell["Main.Search"] = True
     cell.run_until(lambda: cell["Main.Robot.Status"] == 0x0100, within="5s")
@@ -105,10 +105,10 @@ def test_it_moves_only_as_long_as_the_key_is_held(cell: Cell) -> None:
 
 
 @pytest.mark.parametrize("why", ["Touched", "key"])
-def test_what_is_over_before_it_begins_ends_as_it_begins(cell: Cell, why: str) -> None:
-    """The end condition is TRUE before the movement begins.
+def test_a_movement_whose_end_condition_is_true_is_stopped_at_once(cell: Cell, why: str) -> None:
+    """If the end condition is TRUE before the movement begins, the movement is stopped at once.
 
-    A command that was requested is sent.
+    Its command was requested, so it is sent.
 
     Source: guide chapter 2.
     """

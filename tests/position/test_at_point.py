@@ -37,7 +37,7 @@ class _Point:
         return self._block[f"Block.{pin}"]
 
     def off(self, *way: float) -> bool:
-        """Run one scan with the tool at this distance from the target, and return There."""
+        """Run one scan with the tool at these distances from the target, and return There."""
         place = [a + b for a, b in zip(_TARGET, [*way, *[0.0] * (4 - len(way))], strict=True)]
         self["PositionMm"] = place
         return self.scan()
@@ -50,8 +50,11 @@ class _Point:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_distance_is_straight_and_turn_is_without_sign(engine: str) -> None:
-    """Distances of 2, 3 and 6 mm along X, Y and Z are 7 mm in total."""
+def test_distance_is_a_straight_line_and_turn_has_no_sign(engine: str) -> None:
+    """Distance is the length of a straight line, and Turn has no sign.
+
+    2, 3 and 6 mm along X, Y and Z are 7 mm in total.
+    """
     point = _Point(engine)
     point.off(2, -3, 6, -4)
     assert (point["Distance"], point["Turn"]) == (pytest.approx(7), pytest.approx(4))
@@ -73,13 +76,16 @@ def test_distance_is_straight_and_turn_is_without_sign(engine: str) -> None:
     ],
 )
 def test_tolerances_are_a_millimetre_and_a_degree(way: tuple[float, ...], there: bool) -> None:
-    """Three distances of 0.7 mm are 1.21 mm in total. With R a whole turn away, There is FALSE."""
+    """The default tolerances are 1 mm and 1 degree.
+
+    Three distances of 0.7 mm are 1.21 mm in total. With R a whole turn away, There is FALSE.
+    """
     assert _Point().off(*way) is there
 
 
 @pytest.mark.parametrize("k", [0, 1, 2, 3])
-def test_it_goes_beyond_the_dead_band_only(k: int) -> None:
-    """There turns TRUE within 2 mm, and FALSE beyond 2.5 mm."""
+def test_there_falls_only_beyond_the_dead_band(k: int) -> None:
+    """With tolerance and dead band, There turns TRUE within 2 mm, and FALSE beyond 2.5 mm."""
     point = _Point(Tolerance=2.0, ToleranceDeg=2.0)
     ways = [[0.0] * k + [way] for way in (2.01, 2.0, 2.5, 2.51, 2.01, 1.99)]
     assert [point.off(*way) for way in ways] == [False, True, True, False, False, True]
@@ -135,8 +141,8 @@ def test_tolerances_are_not_below_0(pin: str, value: float, wrong: bool) -> None
     ("value", "wrong"),
     [(_EDGE, False), (-_EDGE, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
-def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
-    """Only X, Y, Z and R are checked."""
+def test_illegal_coordinates_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
+    """An illegal value of X, Y, Z or R is refused. Other coordinates are not checked."""
     point = _Point()
     assert point.off(0)
     coordinates = [*_TARGET, 0.0]
@@ -150,8 +156,11 @@ def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, w
         assert shown == (False, False, 0, 0)
 
 
-def test_an_error_shows_nothing_of_the_scan_before_it_and_goes_with_its_cause() -> None:
-    """Distances of 0.6 and 0.8 mm are 1 mm in total."""
+def test_an_error_clears_the_outputs_and_ends_with_its_cause() -> None:
+    """During an error, There and Distance are reset, and the error ends with its cause.
+
+    Distances of 0.6 and 0.8 mm are 1 mm in total.
+    """
     point = _Point(Tolerance=2.0)
     for pin, wrong, right, error in (
         ("DeadBand", -1.0, 0.5, 0x8045),

@@ -1,4 +1,7 @@
-"""FB_AxisArea reports whether axes are inside or outside of limits, by positions of some age."""
+"""FB_AxisArea reports whether axes are inside or outside of limits.
+
+It uses positions with an age.
+"""
 
 from __future__ import annotations
 
@@ -16,7 +19,7 @@ _MIDDLE = (2000, -3000, 4000, 0)
 
 
 def _area(engine: str = "auto", **inputs: Any) -> AxisArea:
-    """Return an area with the limits of four axes."""
+    """Return an FB_AxisArea with limits for four axes."""
     return AxisArea(engine, **{**_LIMITS, **inputs})
 
 
@@ -39,12 +42,12 @@ def _area(engine: str = "auto", **inputs: Any) -> AxisArea:
         ((500, -10_000, 4000, 0), -5000),
     ],
 )
-def test_the_nearest_limit_of_any_axis_counts(
+def test_the_distance_to_the_nearest_limit_of_any_axis_decides(
     engine: str, pulses: Sequence[int], depth: int
 ) -> None:
-    """The limits are 1000 to 3000, -5000 to -1000, 0 to 8000, -900 to 900.
+    """The distance to the nearest limit of any axis decides.
 
-    Axes 5 and 6 are not used.
+    The limits are 1000 to 3000, -5000 to -1000, 0 to 8000, -900 to 900. Axes 5 and 6 are not used.
     """
     area = _area(engine)
     assert area.at(*pulses, 77, -77) == ("inside" if depth > 0 else "outside")
@@ -54,8 +57,10 @@ def test_the_nearest_limit_of_any_axis_counts(
 
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("axis", range(6))
-def test_only_the_axes_that_are_chosen_count(engine: str, axis: int) -> None:
-    """Bit 0 is axis 1. Errors of axes that are not chosen have no effect.
+def test_only_the_selected_axes_are_checked(engine: str, axis: int) -> None:
+    """Only the axes selected by Axes are checked. Bit 0 is axis 1.
+
+    Errors of other axes have no effect.
 
     Source: comment of Axes.
     """
@@ -77,7 +82,7 @@ def test_all_six_may_count() -> None:
 
 
 @pytest.mark.parametrize("axes", [0, 0x40, 0x8000, 0xFFCF])
-def test_no_axis_or_one_beyond_six_is_refused(axes: int) -> None:
+def test_no_axis_or_an_axis_above_six_is_refused(axes: int) -> None:
     """Source: docs/reference/errors.md, 16#8041."""
     area = _area()
     assert area.at(*_MIDDLE) == "inside"
@@ -122,10 +127,13 @@ def test_the_dead_band_is_not_below_0(value: int, wrong: bool) -> None:
         (8, 7, 7, None),
     ],
 )
-def test_limits_are_in_their_order_and_range(
+def test_limits_in_the_wrong_order_or_range_are_refused(
     engine: str, k: int, low: int, high: int, pulses: int, depth: int | None
 ) -> None:
-    """Differences of 2,000,000,000 pulses are exact."""
+    """Limits in the wrong order or out of range are refused.
+
+    Differences of 2,000,000,000 pulses are exact.
+    """
     area = _area(engine)
     area.at(*_MIDDLE)
     now = list(_MIDDLE)

@@ -12,7 +12,7 @@ from area_blocks import AxisArea, WorkArea
 
 
 class _Kind(NamedTuple):
-    """An area that begins at `border` in its first coordinate, and the value of 1 in its unit."""
+    """A kind of area, with the value of its border in the first coordinate and of one unit."""
 
     make: Callable[..., Any]
     border: float
@@ -21,7 +21,7 @@ class _Kind(NamedTuple):
     depth: float
 
     def at(self, area: Any, units: float) -> str:
-        """Return the bits at this distance beyond the border."""
+        """Return Inside and Outside for a position at this distance beyond the border."""
         first = self.border + units * self.unit
         return str(area.at(int(first) if self.unit == 100 else first, *self.rest))
 
@@ -44,7 +44,7 @@ def _with_dead_band(kind: _Kind) -> Any:
 
 @_both
 def test_a_bit_falls_at_the_border_and_rises_beyond_the_dead_band(kind: _Kind) -> None:
-    """With a dead band of 5, Inside is TRUE from 5 until below 0, Outside from -5 until 0."""
+    """With a dead band of 5, Inside turns TRUE at 5 and FALSE below 0; Outside at -5 and 0."""
     area = _with_dead_band(kind)
     least = 0.01 if kind is _AXIS else 0.5
     places = (5 - least, 5, 0, -least, least - 5, -5, -least, 0, 5 - least)
@@ -66,8 +66,13 @@ def test_nothing_is_sure_without_valid_data(kind: _Kind, units: float, told: str
 
 @_both
 @_on_both_sides
-def test_nothing_is_sure_by_data_older_than_max_age(kind: _Kind, units: float, told: str) -> None:
-    """MaxAge is one second. Older data are not an error, since a movement may take longer."""
+def test_data_older_than_max_age_are_neither_inside_nor_outside(
+    kind: _Kind, units: float, told: str
+) -> None:
+    """If data are older than MaxAge (one second), Inside and Outside are FALSE.
+
+    This is not an error, since a movement may take longer.
+    """
     area = kind.make(Age="T#1000ms")
     assert kind.at(area, units) == told
     area["Age"] = "T#1001ms"

@@ -31,7 +31,7 @@ def _six(place: Sequence[float]) -> list[float]:
 def _hand(
     point1: Sequence[float], point2: Sequence[float], engine: str = "auto", **pins: Any
 ) -> tuple[float, float, float, int]:
-    """Return Data1, Data2, Growth and ErrorID after one scan."""
+    """Return the outputs Data1, Data2, Growth and ErrorID after one scan."""
     block = _block(engine)
     block.restart()
     for pin, value in {"Point1": _six(point1), "Point2": _six(point2), **pins}.items():
@@ -62,16 +62,17 @@ def _scan(block: Alone) -> tuple[float, float, float, int]:
         ((80, 200, 0, 720), (120, 200, 0, 180), (20, 0), 0.5),
     ],
 )
-def test_two_touches_of_the_place_at_100_and_200(
+def test_two_touches_of_one_place_give_the_hand(
     engine: str,
     first: Sequence[float],
     second: Sequence[float],
     data: tuple[float, float],
     growth: float,
 ) -> None:
-    """The place is (100, 200) mm, and the tool is at the place minus the hand turned by R.
+    """Two touches of the same place, at (100, 200) mm, give the data of the hand.
 
-    At 90 degrees, a hand of (30, 40) mm is (-40, 30) mm. A hand of 20 mm along X is (17.3205, 10)
+    The tool is at the place minus the hand turned by R. At 90 degrees, a hand of (30, 40) mm is
+    (-40, 30) mm. A hand of 20 mm along X is (17.3205, 10)
     mm at 30 degrees, and (10, -17.3205) mm at -60 degrees. Growth is 1 / (2 sin(turn / 2)). The
     half turns are 90, 45, 15 and 30 degrees.
 
@@ -84,17 +85,17 @@ def test_two_touches_of_the_place_at_100_and_200(
 
 
 def _touch(model: str, hand: Sequence[int], place: Sequence[int], left: bool) -> list[float]:
-    """Return the position with a hand of zeros while the tip is at a place [0.001 mm]."""
+    """Return the position, with a hand of zeros, while the tip is at a place [0.001 mm]."""
     pose = Pose(model, (hand[0], hand[1], hand[2]), True, (0, 0, 0, 0), ())
     pulses = pose.frame(left=left).to_pulses(place)
     bare = dataclasses.replace(pose, hand=(0, 0, 0), shift=(40_000, -70_000, 9_000, 33_000))
     return [round(one) / 1000 for one in bare.frame().to_mm([round(one) for one in pulses])]
 
 
-def test_it_gives_back_the_hand_with_which_the_model_of_the_controller_touches_a_place() -> None:
-    """200 hands of a YK400XE agree to 0.05 mm.
+def test_the_result_is_the_hand_of_the_model_of_the_controller() -> None:
+    """For 200 hands of a YK400XE, the result agrees with the model of the controller to 0.05 mm.
 
-    The tolerance is for whole pulses of three turning axes, with Growth up to 2. The positions are
+    The tolerance covers whole pulses of three turning axes, with Growth up to 2. The positions are
     read with a shift that is not zero.
 
     Source: harness/rcx_harness/robot/kinematics.py
@@ -123,7 +124,7 @@ def test_it_gives_back_the_hand_with_which_the_model_of_the_controller_touches_a
     [(28, 29.5), (-28, -29.5), (331.5, 330), (-332, -330.5), (388, 389.5), (28.9, 29.0)],
 )
 def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
-    """A turn of 28 degrees has the Growth 2.067, a turn of 29.5 degrees 1.964.
+    """A turn with a Growth above 2 is refused: 28 degrees have 2.067, 29.5 degrees have 1.964.
 
     Whole turns have no effect. The limit is a turn of 28.955 degrees, because the sine of 14.4775
     degrees is 0.25.
@@ -137,10 +138,10 @@ def test_a_turn_that_is_too_small_is_refused(turn: float, wider: float) -> None:
 
 
 @pytest.mark.parametrize(("turn", "growth"), [(2, 28.65), (0.6, 95.49), (359.4, 95.49)])
-def test_a_small_turn_is_taken_where_its_growth_may_be(turn: float, growth: float) -> None:
-    """The growth is 1 / (2 sin) of 1 and 0.3 degrees.
+def test_a_small_turn_is_accepted_with_a_larger_max_growth(turn: float, growth: float) -> None:
+    """A small turn is accepted if MaxGrowth allows its Growth.
 
-    The sines are 0.017452 and 0.005236.
+    Growth is 1 / (2 sin) of 1 and 0.3 degrees. The sines are 0.017452 and 0.005236.
     """
     first, second = [100, 200, 0, 0], [100, 200, 0, turn]
     data1, data2, grown, error = _hand(first, second, MaxGrowth=100.0)
@@ -181,8 +182,8 @@ def test_growth_is_half_at_best_and_100_at_worst(value: float, wrong: bool) -> N
     ("value", "wrong"),
     [(8191.9985, False), (-8191.9985, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
-def test_coordinates_that_are_none_are_refused(pin: int, k: int, value: float, wrong: bool) -> None:
-    """Only X, Y and R are checked."""
+def test_illegal_coordinates_are_refused(pin: int, k: int, value: float, wrong: bool) -> None:
+    """An illegal value of X, Y or R is refused. Other coordinates are not checked."""
     points = [_six([0.0, 0.0, 0.0, 0.0]), _six([0.0, 0.0, 0.0, 120.0])]
     points[pin][k] = value
     data1, data2, growth, error = _hand(points[0], points[1], MaxGrowth=100.0)
@@ -195,13 +196,13 @@ def test_coordinates_that_are_none_are_refused(pin: int, k: int, value: float, w
 @pytest.mark.parametrize("sign", [-1, 1])
 @pytest.mark.parametrize("axis", [0, 1])
 @pytest.mark.parametrize(("way", "error"), [(8191.99, 0), (8192.5, 0x8047)])
-def test_a_hand_that_no_telegram_carries_is_refused(
+def test_a_hand_that_is_too_long_for_a_telegram_is_refused(
     axis: int, sign: int, way: float, error: int
 ) -> None:
-    """With R at -30 and 30 degrees the hand is as long as the distance, and points across it.
+    """A hand that is longer than 8192 mm is refused.
 
-    Along X it goes from half its length below to half its length above the line; along Y from the
-    right to the left.
+    With R at -30 and 30 degrees, the hand is as long as the distance of the two points, and at a
+    right angle to it.
 
     Source: docs/reference/errors.md, 16#8047
     """

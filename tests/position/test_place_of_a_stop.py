@@ -1,4 +1,4 @@
-"""The two calls in docs/how-to/position.md move the tool back to the place of a stop."""
+"""Two calls in docs/how-to/position.md move the tool back to the position of a stop."""
 
 from __future__ import annotations
 
@@ -54,10 +54,12 @@ def _run(cell: Cell, block: str) -> object:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_two_calls_of_the_page_move_back_to_where_the_stop_was(
+def test_the_two_calls_of_the_page_move_back_to_the_position_of_the_stop(
     engine: str, tmp_path: Path
 ) -> None:
-    """The movement to X 500 mm and Y -300 mm is stopped, the robot is moved by hand, and returns.
+    """After a stop and a movement by hand, the tool returns to the position of the stop.
+
+    The stopped movement goes to X 500 mm and Y -300 mm.
 
     Source: docs/how-to/position.md; remote command guide 4.2.1 and 4.7.4
     """

@@ -1,4 +1,4 @@
-"""The calls in position.md use the position from the real time output, and drop it in time."""
+"""The program of position.md uses the real time output, and rejects outdated positions."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def plc(request: pytest.FixtureRequest, tmp_path: Path) -> PlcBench:
     return plc
 
 
-def test_the_position_is_that_of_the_words_once_the_output_is_enabled(plc: PlcBench) -> None:
+def test_after_enabling_the_position_comes_from_the_words(plc: PlcBench) -> None:
     """Source: docs/how-to/position.md, Age; remote command guide 4.9.3."""
     assert (plc["Output.Done"], plc["Position.Valid"]) == (True, True)
     assert plc["Position.PositionMm"] == pytest.approx([-175, 225, 0, 180, 0, 0], abs=0.001)
@@ -70,13 +70,13 @@ def test_the_position_is_that_of_the_words_once_the_output_is_enabled(plc: PlcBe
 
 @pytest.mark.parametrize("lost", ["link", "CPU_OK"])
 @pytest.mark.parametrize("held", [False, True])
-def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_again(
+def test_after_a_loss_the_words_are_ignored_until_the_output_is_enabled_again(
     plc: PlcBench, lost: str, held: bool
 ) -> None:
-    """A controller that was off shows words of 0, which must not become a position of age 0.
+    """After a loss of the link, the words are not used until the real time output is enabled again.
 
-    Done of the earlier enabling is still TRUE, because Execute is TRUE. It does not make the words
-    valid.
+    A controller that was off shows words of 0, which are not a position. Done of the last Execute
+    is still TRUE, but does not make the words valid.
 
     Source: docs/how-to/position.md, Age
     """
@@ -90,5 +90,5 @@ def test_after_a_loss_the_words_count_for_nothing_until_the_output_is_enabled_ag
     plc.change("Enable", to=False)
     plc.change("Enable", to=True, scans=2)
     assert (plc["Position.Valid"], plc["Position.Busy"]) == (False, True)
-    plc.scan_until(lambda: plc.words[0] == 0x0506, most=40)  # the block sends a command instead
+    plc.scan_until(lambda: plc.words[0] == 0x0506, most=40)  # the block sends a command
     assert plc["Position.Valid"] is False

@@ -1,6 +1,6 @@
-"""FB_ScaraForward and FB_ScaraInverse agree with poses by hand and with the model.
+"""FB_ScaraForward and FB_ScaraInverse agree with poses calculated by hand and with the model.
 
-The poses have both arms, hands and shifts. The arms have 225 and 175 mm unless a test says
+The poses have both hand systems, hands and shifts. The arms have 225 and 175 mm unless a test says
 otherwise.
 """
 
@@ -30,12 +30,13 @@ from scara_poses import LIMITS, Pose, compare, poses
         ((0, 179, 0, -360), (-3.054, 50.027, 0, -91), "HAND_RIGHT"),
     ],
 )
-def test_where_the_tool_is(
+def test_the_position_of_the_tool_follows_from_the_axes(
     engine: str, joints: tuple[float, ...], place: tuple[float, ...], hand: str
 ) -> None:
-    """At 0 degrees the arms lie along Y. Positive angles turn to -X. R is the sum and 90.
+    """The position follows from the axes. At 0 degrees the arms lie along Y.
 
-    With -60 and 120 degrees, arm 1 points 30 degrees above X (194.856, 112.5 mm) and arm 2 points
+    Positive angles turn to -X. R is the sum of the angles plus 90. With -60 and 120 degrees, arm 1
+    points 30 degrees above X (194.856, 112.5 mm) and arm 2 points
     at 150 degrees (-151.554, 87.5 mm). With axis 2 at 179 degrees, X is -175 sin 179 and Y is 225 +
     175 cos 179.
 
@@ -51,9 +52,10 @@ def test_where_the_tool_is(
 @ON_BOTH
 @pytest.mark.parametrize(("hand", "sign"), [("HAND_RIGHT", 1), ("HAND_LEFT", -1)])
 def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> None:
-    """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
+    """Right-handed and left-handed poses reach the same position.
 
-    Axis 1 is -+atan(175 / 225) = 37.875 degrees. The elbow of the right arm is at the right. R is
+    At x = 0 and y = 285.044 mm (diagonal of a right angle), axis 2 is +-90 degrees. Axis 1 is
+    -+atan(175 / 225) = 37.875 degrees. The elbow of the right arm is at the right. R is
     90 degrees: for the right arm 90 - 37.875 + 90 - 52.125, for the left arm 90 + 37.875 - 90 +
     52.125.
 
@@ -80,13 +82,13 @@ def test_both_arms_reach_the_same_place(engine: str, hand: str, sign: int) -> No
         ((0, 49.991, 0, 0), (0, 180, 0, -270)),
     ],
 )
-def test_the_joints_of_a_place_right_handed(
+def test_the_axes_of_a_right_handed_pose(
     engine: str, place: tuple[float, ...], joints: tuple[float, ...]
 ) -> None:
-    """The arms are stretched, folded or at right angles.
+    """The axes of right-handed poses are correct: arms stretched, folded or at a right angle.
 
-    Behind the base axis 1 is at -180 degrees. A place that is 0.01 mm beyond the reach is accepted
-    as a result of rounding.
+    Behind the base, axis 1 is at -180 degrees. A position 0.01 mm beyond the reach is accepted as a
+    result of rounding.
 
     Rule: robot-arm.
     """
@@ -99,8 +101,10 @@ def test_the_joints_of_a_place_right_handed(
     "place", [(0, 400.011), (0, 49.989), (0, 0), (-300, 300), (0, -49.989), (283, -283)]
 )
 @pytest.mark.parametrize("hand", ["HAND_RIGHT", "HAND_LEFT"])
-def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand: str) -> None:
-    """The arms reach from 225 - 175 to 225 + 175 mm. The point 283, 283 mm is 400.2 mm away.
+def test_a_position_out_of_reach_is_refused(place: tuple[float, float], hand: str) -> None:
+    """A position outside of the reach, 225 - 175 to 225 + 175 mm, is refused.
+
+    The point 283, 283 mm is 400.2 mm away.
 
     Rule: robot-limits.
     """
@@ -109,11 +113,12 @@ def test_what_the_arms_do_not_reach_is_refused(place: tuple[float, float], hand:
 
 @ON_BOTH
 @pytest.mark.parametrize(("far", "bend"), [(399.999, 0.258), (50.005, 179.796)])
-def test_a_thousandth_from_stretched_or_folded_is_a_bend(
+def test_near_the_stretched_or_folded_pose_axis_2_is_exact(
     engine: str, far: float, bend: float
 ) -> None:
-    """The law of cosines gives cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
+    """Near the stretched or folded pose, axis 2 has the exact angle of the bend.
 
+    The law of cosines gives cos = (far^2 - 225^2 - 175^2) / (2 * 225 * 175).
     For 399.999 mm that is 1 - 1.0159E-5, and for 50.005 mm 6.349E-6 - 1.
 
     Rule: robot-arm.
@@ -127,7 +132,7 @@ def test_a_thousandth_from_stretched_or_folded_is_a_bend(
 def test_equal_arms_reach_to_a_hundredth_of_a_millimetre_from_the_base(
     far: float, error: int
 ) -> None:
-    """Axis 2 is then at 180 degrees, less at most 0.015.
+    """Equal arms reach to 0.01 mm from the base. Axis 2 is then at 179.985 to 180 degrees.
 
     Rule: robot-limits.
     """
@@ -138,9 +143,9 @@ def test_equal_arms_reach_to_a_hundredth_of_a_millimetre_from_the_base(
 
 @pytest.mark.parametrize("arms", [(200.0, 200.0), (150.0, 250.0)])
 def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
-    """The angle is a right angle: the elbow is at arm 1 along Y, the hand arm 2 to the left.
+    """Arms of other lengths are calculated correctly, with a right angle between the arms.
 
-    Arms of equal length would reach the base itself, where every direction is equally good. This is
+    Arms of equal length would reach the base itself, where the direction is undefined: this is
     refused. If arm 2 is longer, it extends beyond the base when it is folded.
     """
     own: dict[str, Any] = {"Arm1": arms[0], "Arm2": arms[1]}
@@ -162,9 +167,9 @@ def test_arms_of_other_lengths(arms: tuple[float, float]) -> None:
 def test_a_hand_on_the_r_axis_turns_with_it(
     engine: str, data: tuple[float, ...], place: tuple[float, ...]
 ) -> None:
-    """With all axes at 0, R is 90 degrees.
+    """A hand on the R axis turns with R. With all axes at 0, R is 90 degrees.
 
-    X of the hand lies along Y, and Y of the hand along -X.
+    X of the hand then lies along Y, and Y of the hand along -X.
 
     Rule: robot-hand.
     Source: remote command guide 4.3.5
@@ -178,12 +183,11 @@ def test_a_hand_on_the_r_axis_turns_with_it(
 
 
 @ON_BOTH
-def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
-    """The hand adds 10 degrees and 25 mm.
+def test_a_hand_beside_the_r_axis_acts_as_another_arm_2(engine: str) -> None:
+    """A hand beside the R axis acts as another arm 2: here with 10 degrees and 25 mm more.
 
-    With all axes at 0 it is at -200 sin 10, 225 + 200 cos 10.
-
-    The pose is right-handed: the elbow is at the right of the line to the hand.
+    With all axes at 0, the hand is at -200 sin 10, 225 + 200 cos 10. The pose is right-handed: the
+    elbow is at the right of the line to the hand.
 
     Rule: robot-hand.
     Source: remote command guide 4.3.5: data 1 is an integer, data 2 and 3 are in 0.001 mm
@@ -201,13 +205,14 @@ def test_a_hand_beside_the_r_axis_is_another_arm_2(engine: str) -> None:
 @ON_BOTH
 @pytest.mark.parametrize("turn", [-360, -180, -80, 80, 100, 180, 350])
 @pytest.mark.parametrize("axis2", [-150, -110, -10, 10, 110, 150])
-def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
+def test_axis_2_is_within_half_a_turn_for_any_turn_of_the_hand(
     engine: str, turn: int, axis2: int
 ) -> None:
-    """Arm 1 lies along Y. The hand is at `axis2` and `turn` from it, and R is `axis2` and 90.
+    """Axis 2 is always within half a turn, however far the hand is turned.
 
-    With a hand turned by 80 degrees and axis 2 at 110, the line is at 190 degrees, which is a bend
-    of -170. Axis 2 is at 110 degrees then, not at -250, and axis 4 makes no turn for it.
+    Arm 1 lies along Y. With a hand turned by 80 degrees and axis 2 at 110, the line to the hand is
+    at 190 degrees, which is -170. Axis 2 is then at 110 degrees, not at -250, and axis 4 makes no
+    turn.
 
     Rule: robot-hand.
     Source: remote command guide 4.3.5: data 1 is an integer; head of FB_ScaraInverse
@@ -222,9 +227,9 @@ def test_axis_2_comes_within_half_a_turn_however_far_the_hand_is_turned(
 
 @ON_BOTH
 def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
-    """The flange is at (0, 400, 0, 90).
+    """A shift moves and turns the coordinates: (0, 400) becomes (380, 10).
 
-    Seen from (10, 20, 5), turned by 90 degrees, it is (380, 10).
+    The flange is at (0, 400, 0, 90). The shift is (10, 20, 5), turned by 90 degrees.
 
     Rule: shift-and-hand.
     Source: remote command guide 4.3.4
@@ -237,8 +242,11 @@ def test_a_shift_moves_and_turns_the_coordinates(engine: str) -> None:
 
 
 @ON_BOTH
-def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
-    """At (1000, 2000, 100), turned by 90 degrees, the stretched arms lie along -X."""
+def test_the_base_transforms_into_the_users_coordinates(engine: str) -> None:
+    """The base transforms positions into the user's coordinates.
+
+    With the base at (1000, 2000, 100), turned by 90 degrees, the stretched arms lie along -X.
+    """
     base: dict[str, Any] = {"Base": [1000.0, 2000.0, 100.0, 90.0]}
     position, _, _ = forward([0, 0, 3, 0], engine, **base)
     assert position == pytest.approx([600, 2000, 103, 180, 0, 0], abs=0.001)
@@ -258,12 +266,13 @@ def test_the_base_puts_the_robot_into_your_coordinates(engine: str) -> None:
         (-170.0, (-72.8942, 393.302), -179.5),
     ],
 )
-def test_axis_1_comes_within_half_a_turn(
+def test_axis_1_is_within_half_a_turn(
     base: float, place: tuple[float, float], axis1: float
 ) -> None:
-    """The directions are 180, 0, 0, -30, 30, -10.5 and 10.5 degrees from Y, less the base's angle.
+    """Axis 1 is always within half a turn.
 
-    A direction beyond half a turn then gets a whole turn more or less.
+    The directions are 180, 0, 0, -30, 30, -10.5 and 10.5 degrees from Y, minus the angle of the
+    base. Beyond half a turn, a whole turn is added or subtracted.
     """
     joints, error = inverse([*place, 0, 0], "HAND_RIGHT", Base=[0.0, 0.0, 0.0, base])
     assert error == 0
@@ -283,8 +292,10 @@ def test_the_zeros_are_what_the_axes_count_from() -> None:
 
 @ON_BOTH
 @pytest.mark.parametrize("zero", [20_000_001, -200_000_003, 999_000_007])
-def test_zeros_far_away_cost_nothing_of_the_accuracy(engine: str, zero: int) -> None:
-    """A REAL holds whole numbers up to 16,777,216. The angles are -60 and 120 degrees as above.
+def test_large_zero_positions_do_not_reduce_the_accuracy(engine: str, zero: int) -> None:
+    """Zero positions with many pulses do not reduce the accuracy.
+
+    A REAL holds whole numbers up to 16,777,216. The angles are -60 and 120 degrees.
 
     Source: heads of FB_ScaraForward and FB_ScaraInverse; comment of Zero
     """
@@ -301,7 +312,7 @@ def test_zeros_far_away_cost_nothing_of_the_accuracy(engine: str, zero: int) -> 
 @ON_BOTH
 @pytest.mark.parametrize("turns", [-22, -10, 1, 22])
 def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) -> None:
-    """The shift is (10, 20, 5), 30 degrees and 22 turns, so that R is less by these turns.
+    """Whole turns of the shift change only R. The shift is (10, 20, 5), 30 degrees and 22 turns.
 
     The flange at (0, 1200) is (-10, 1180) from the shift's origin, turned by -30 degrees.
 
@@ -317,7 +328,10 @@ def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) 
     x, y = -10 * math.cos(math.radians(30)) + 590, 1180 * math.cos(math.radians(30)) + 5
     assert position[:3] == pytest.approx([x, y, -5], abs=0.001)
     assert position[3] == pytest.approx(60 - 360 * turns, abs=0.001)
-    own["Shift"][:2] = [10.0 - 600.0, 20.0 - 600.0]  # with axis 2 at 90 the flange is there
+    own["Shift"][:2] = [
+        10.0 - 600.0,
+        20.0 - 600.0,
+    ]  # position of the flange with axis 2 at 90 degrees
     joints, error = inverse([x, y, -5, 150 - 360 * turns], "HAND_RIGHT", engine, **own)
     assert error == 0
     assert joints == pytest.approx([0, 90, 0, 0, 0, 0], abs=0.002)
@@ -326,7 +340,9 @@ def test_whole_turns_of_the_shift_change_nothing_but_r(engine: str, turns: int) 
 @ON_BOTH
 @pytest.mark.parametrize("turns", [-10, -1, 2, 10])
 def test_whole_turns_of_the_r_axis_change_nothing_but_r(engine: str, turns: int) -> None:
-    """A hand of 300 mm along X of R lies along Y if R is 90 degrees plus whole turns.
+    """Whole turns of the R axis change only R.
+
+    A hand of 300 mm along X of R lies along Y if R is 90 degrees plus whole turns.
 
     Source: head of FB_ScaraForward
     """
@@ -348,7 +364,7 @@ def test_an_axis_may_count_the_other_way() -> None:
     assert joints == pytest.approx([-90, 0, -10, 0, 0, 0], abs=0.002)
 
 
-def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() -> None:
+def test_an_error_clears_the_pulses_and_ends_with_its_cause() -> None:
     """Source: comments of the outputs; docs/reference/errors.md, 16#8060 and 16#8061."""
     assert inverse([-175, 225, 10, 180], "HAND_RIGHT", Zero=[500] * 4 + [0] * 2)[1] == 0
     block = scara("Inverse", "auto")
@@ -373,8 +389,8 @@ def test_pulses_of_before_do_not_stay_in_an_error_which_goes_with_its_cause() ->
         assert [block[f"Block.{pin}"] for pin in shown] == good
 
 
-def test_the_arm_is_right_handed_unless_it_is_said() -> None:
-    """The point is at x = 0 and the diagonal of a right angle. Source: comment of HandSystem."""
+def test_the_arm_is_right_handed_by_default() -> None:
+    """Without a value for HandSystem, the pose is right-handed. Source: comment of HandSystem."""
     block = scara("Inverse", "auto")
     with_arm(block, {})
     block["Block.PositionMm"] = [0.0, 285.044, 5.0, 90.0, 0.0, 0.0]
@@ -382,7 +398,7 @@ def test_the_arm_is_right_handed_unless_it_is_said() -> None:
     assert block["Block.Pulses"][1] == pytest.approx(90 * UNIT, abs=2)
 
 
-def test_axes_5_and_6_do_not_count() -> None:
+def test_axes_5_and_6_are_ignored() -> None:
     """Axes 5 and 6 of the position and of the arm have no effect.
 
     Source: comments of RCX_SCARA and of PositionMm.
@@ -405,15 +421,15 @@ def test_axes_5_and_6_do_not_count() -> None:
         (-200, "HAND_RIGHT"),
     ],
 )
-def test_the_hand_system_is_that_of_the_bend_in_any_turn(axis2: float, hand: str) -> None:
-    """At 200 degrees the arm has the same pose as at -160.
+def test_the_hand_system_follows_from_the_bend_of_axis_2(axis2: float, hand: str) -> None:
+    """HandSystem follows from the bend of axis 2: at 200 degrees the arm is as at -160.
 
     Rule: robot-arm.
     """
     assert forward([0, axis2, 0, 0])[1] == hand
 
 
-def test_an_error_shows_nothing_of_the_position_before_it_and_goes_with_its_cause() -> None:
+def test_an_error_clears_the_position_and_ends_with_its_cause() -> None:
     """Source: comments of the outputs; docs/reference/errors.md, 16#8047."""
     assert forward([30, 40, 50, 60])[2] == 0
     block = scara("Forward", "auto")
@@ -437,7 +453,7 @@ def test_a_place_without_a_hand_system_has_two_answers_and_so_none() -> None:
 
 @ON_BOTH
 def test_both_agree_with_the_model_of_the_controller(engine: str) -> None:
-    """The differences are within the bounds that the heads of the blocks state.
+    """Both blocks agree with the model of the controller, within the bounds of their heads.
 
     Source: heads of FB_ScaraForward and FB_ScaraInverse; harness/rcx_harness/robot/kinematics.py
     """

@@ -14,8 +14,8 @@ _NAN = math.nan
 
 @pytest.mark.parametrize("k", range(4))
 @pytest.mark.parametrize("sign", [-1, 1])
-def test_pulses_beyond_a_thousand_million_are_none(k: int, sign: int) -> None:
-    """The error is 8047 for axes and 8061 for zeros.
+def test_pulses_beyond_a_thousand_million_are_refused(k: int, sign: int) -> None:
+    """Pulses beyond 1,000,000,000 are refused: 16#8047 for axes, 16#8061 for zero positions.
 
     The difference of two legal numbers always fits into a double word.
 
@@ -53,7 +53,7 @@ def test_pulses_beyond_a_thousand_million_are_none(k: int, sign: int) -> None:
 def test_a_position_beyond_8192_millimetres_or_degrees_is_too_large(
     pulses: tuple[float, ...], arm: dict[str, Any]
 ) -> None:
-    """No block accepts such a position, and a REAL cannot hold it to 0.001 mm.
+    """A position beyond 8192 mm or degrees is refused: a REAL cannot hold it to 0.001 mm.
 
     Source: docs/reference/errors.md, 16#8047
     """
@@ -101,7 +101,7 @@ _WRONG: list[tuple[dict[str, Any], bool]] = [
 
 @pytest.mark.parametrize("name", ["Forward", "Inverse"])
 @pytest.mark.parametrize(("arm", "wrong"), _WRONG, ids=str)
-def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong: bool) -> None:
+def test_an_impossible_arm_is_refused(name: str, arm: dict[str, Any], wrong: bool) -> None:
     """Axes 5 and 6 are ignored. Source: comments of RCX_SCARA; docs/how-to/position.md."""
     if name == "Forward":
         position, hand, error = forward([0, 1, 0, 0], **arm)
@@ -117,7 +117,10 @@ def test_an_arm_that_cannot_be_is_refused(name: str, arm: dict[str, Any], wrong:
 @pytest.mark.parametrize("k", range(4))
 @pytest.mark.parametrize("sign", [-1, 1])
 def test_pulses_beyond_8192_degrees_or_millimetres_are_too_many(k: int, sign: int) -> None:
-    """With a shift of 90 degrees, R is the sum of the axes' turns."""
+    """Pulses that mean more than 8192 degrees or mm are refused.
+
+    With a shift of 90 degrees, R is the sum of the turns of the axes.
+    """
     own: dict[str, Any] = {"Shift": [0.0, 0.0, 0.0, 90.0]}
     for size, error in ((8191.0, 0), (8192.5, 0x8047)):
         found = forward([0.0] * k + [sign * size] + [0.0] * (3 - k), **own)
@@ -134,8 +137,11 @@ def test_a_position_that_is_none_is_refused(k: int, value: float) -> None:
 
 
 @pytest.mark.parametrize("k", [0, 1, 2, 3])
-def test_pulses_beyond_a_thousand_million_are_no_answer(k: int) -> None:
-    """With 1,000,000 pulses per unit, pulses and zero together are beyond 1,000,000,000."""
+def test_a_result_beyond_a_thousand_million_pulses_is_refused(k: int) -> None:
+    """If pulses and zero position together exceed 1,000,000,000, the result is refused.
+
+    The test has 1,000,000 pulses per unit.
+    """
     per = [1000.0] * 6
     per[k] = 1e6
     zero = [0] * 6
@@ -149,9 +155,10 @@ def test_pulses_beyond_a_thousand_million_are_no_answer(k: int) -> None:
 def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
     sign: int, turned: int, error: int
 ) -> None:
-    """With 1,000,000 pulses per degree there are up to 8,000,000,000 pulses.
+    """An axis that would need more than 1,000,000,000 pulses is refused.
 
-    They do not fit into a double word.
+    With 1,000,000 pulses per degree, up to 8,000,000,000 pulses would be needed, more than a double
+    word holds.
 
     Source: docs/reference/errors.md, 16#8047
     """
@@ -162,7 +169,7 @@ def test_an_axis_that_would_turn_beyond_a_thousand_million_pulses_is_refused(
     assert joints[3] == pytest.approx(0 if error else sign * turned * 1000, abs=10)
 
 
-def test_of_an_illegal_arm_and_too_many_pulses_the_arm_is_told() -> None:
+def test_an_illegal_arm_is_reported_before_too_many_pulses() -> None:
     """Source: docs/reference/errors.md, 16#8061 and 16#8047."""
     zero = [1_000_000_001, 0, 0, 0, 0, 0]
     pulses = [0.0, (2**31 - 1) / UNIT, 0.0, 0.0]

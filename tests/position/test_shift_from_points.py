@@ -29,7 +29,7 @@ def _six(place: Sequence[float]) -> list[float]:
 def _shift(
     origin: Sequence[float], along_x: Sequence[float], engine: str = "auto", **pins: Any
 ) -> tuple[list[float], int, float]:
-    """Return ShiftMm, ErrorID and Distance after one scan."""
+    """Return the outputs ShiftMm, ErrorID and Distance after one scan."""
     block = _block(engine)
     block.restart()
     for pin, value in {"Origin": _six(origin), "AlongX": _six(along_x), **pins}.items():
@@ -61,7 +61,9 @@ def _scan(block: Alone) -> tuple[list[float], int, float]:
 def test_the_first_point_is_the_origin_and_the_second_the_direction_of_x(
     engine: str, way: tuple[float, float], turn: float, far: float
 ) -> None:
-    """The angle with the tangent 4 / 3 is 53.1301 degrees. R goes from X to Y.
+    """The first point is the origin of the shift; the second point gives the direction of X.
+
+    The angle with the tangent 4 / 3 is 53.1301 degrees. R goes from X to Y.
 
     Source: remote command guide 4.3.4: axes 1 to 4 are X, Y, Z and R
     """
@@ -72,8 +74,10 @@ def test_the_first_point_is_the_origin_and_the_second_the_direction_of_x(
     assert distance == pytest.approx(far, abs=1e-4)
 
 
-def test_in_the_shift_the_points_are_zero_and_on_x() -> None:
-    """The controller's model gives 200 random pairs of points.
+def test_with_the_shift_the_points_are_at_zero_and_on_x() -> None:
+    """With the calculated shift, the first point is at zero and the second point is on the X axis.
+
+    The test has 200 random pairs of points, checked by the model of the controller.
 
     Source: harness/rcx_harness/robot/geometry.py
     """
@@ -90,7 +94,7 @@ def test_in_the_shift_the_points_are_zero_and_on_x() -> None:
 
 @pytest.mark.parametrize("way", [(10, 0), (0, -10), (6, 8)])
 def test_points_nearer_than_the_least_distance_are_refused(way: tuple[float, float]) -> None:
-    """The least distance is 10 mm, in X and Y alone.
+    """Points nearer than LeastDistance are refused: by default 10 mm, in X and Y only.
 
     Source: comment of LeastDistance; docs/reference/errors.md, 16#8062
     """
@@ -137,8 +141,8 @@ def test_what_is_wrong_with_an_input_is_said_before_what_is_wrong_with_the_point
     ("value", "wrong"),
     [(8191.9985, False), (-8191.9985, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
-def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
-    """Only X, Y and Z are checked."""
+def test_illegal_coordinates_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
+    """An illegal value of X, Y or Z is refused. Other coordinates are not checked."""
     place = _six(_ORIGIN)
     place[k] = value
     given = {"origin": _ORIGIN, "along_x": [150.0, 200.0]}

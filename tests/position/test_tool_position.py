@@ -1,4 +1,4 @@
-"""FB_ToolPosition reads the position between commands, or gets it directly, and shows its age."""
+"""FB_ToolPosition reads the position between commands, or gets it directly, and shows the age."""
 
 from __future__ import annotations
 
@@ -28,14 +28,14 @@ def _plc(engine: str = "auto", **pins: Any) -> PlcBench:
 
 
 def _ms(plc: PlcBench) -> float:
-    """Return the age [ms]."""
+    """Return the output Age [ms]."""
     age = plc["Position.Age"]
     assert isinstance(age, timedelta)
     return age / timedelta(milliseconds=1)
 
 
 def _read(plc: PlcBench, place: list[int] | None = None) -> None:
-    """Wait for the command, answer it at once, and reset the status."""
+    """Wait for the reading command, answer it at once, and reset the status."""
     plc.scan_until(lambda: plc.words[0] & 0x0FFF == 0x0506)
     plc.complete(0x0200, [0, 0, *(place or _PLACE)])
 
@@ -75,11 +75,9 @@ def test_the_first_position_is_read_at_once(engine: str, before: int) -> None:
     ],
 )
 def test_a_robot_without_a_hand_system_has_none(word: int, hand: str) -> None:
-    """In bits 2 and 1 of m+6, 01 is right-handed and 10 left-handed.
+    """If the robot reports no hand system, the output is HAND_NONE, whatever it was before.
 
-    The last value does not stay.
-
-    The bits above are arm rotations.
+    In bits 2 and 1 of m+6, 01 is right-handed and 10 left-handed. The bits above are arm rotations.
 
     Source: remote command guide 4.7.4.
     """
@@ -91,8 +89,11 @@ def test_a_robot_without_a_hand_system_has_none(word: int, hand: str) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
-    """The data are sent in the first scan, the code in the second. The answer comes 50 ms later."""
+def test_the_age_counts_from_the_scan_in_which_the_data_are_sent(engine: str) -> None:
+    """Age counts from the scan in which the data of the command are sent.
+
+    The code follows in the second scan. The answer comes 50 ms later.
+    """
     plc = _plc(engine, Enable=True)
     plc.scan(2)
     assert plc.words[0] == 0x0506
@@ -103,10 +104,10 @@ def test_the_age_counts_from_before_the_command_goes_out(engine: str) -> None:
     assert _ms(plc) == pytest.approx(100)
 
 
-def test_a_turn_that_comes_late_makes_no_age() -> None:
-    """The age does not include the time in which another command has the channel.
+def test_waiting_for_the_channel_does_not_increase_the_age() -> None:
+    """The time in which another command uses the channel is not included in Age.
 
-    The age counts from the scan in which that command ends. It includes reset, data, code and
+    Age counts from the scan in which the other command ends. It includes reset, data, code and
     answer.
     """
     plc = _plc()
@@ -119,8 +120,8 @@ def test_a_turn_that_comes_late_makes_no_age() -> None:
 
 
 @pytest.mark.parametrize("period", [None, 100, 200])
-def test_it_is_read_again_after_the_period(period: int | None) -> None:
-    """The default period from command to command is half a second."""
+def test_the_position_is_read_again_after_period(period: int | None) -> None:
+    """The position is read again after Period, which is half a second by default."""
     plc = _watching(**({} if period is None else {"Period": f"T#{period}ms"}))
     assert _ms(plc) == pytest.approx(20)
     scans = plc.scan_until(lambda: plc.words[0] == 0x0506)
@@ -150,7 +151,10 @@ def test_while_a_command_is_out_it_waits_and_the_age_grows() -> None:
 
 
 def test_a_chain_of_commands_without_a_gap_is_never_delayed() -> None:
-    """The next command takes its ticket in the scan in which the previous command ends."""
+    """The reading never delays a chain of commands without a gap.
+
+    Each command takes its ticket in the scan in which the previous command ends.
+    """
     plc = _watching(Period="T#0ms")
     _read(plc)
     plc["First.Code"], plc["Last.Code"] = 0x0501, 0x0502
@@ -164,10 +168,7 @@ def test_a_chain_of_commands_without_a_gap_is_never_delayed() -> None:
 
 
 def test_another_command_waits_for_one_reading_at_most() -> None:
-    """With a period of 0 the block reads all the time.
-
-    Another command is sent after this reading.
-    """
+    """Another command waits for at most one reading, even if Period is 0."""
     plc = _watching(Period="T#0ms")
     plc.scan_until(lambda: plc.words[0] == 0x0506)
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
@@ -201,8 +202,11 @@ def test_when_nothing_is_given_directly_any_more_it_reads_after_the_period() -> 
     assert plc["Position.PositionMm"] == pytest.approx(_SHOWN)
 
 
-def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
-    """The reading was requested before or after the direct position came."""
+def test_the_more_recent_of_a_reading_and_a_direct_position_is_shown() -> None:
+    """Of a reading and a direct position, the more recent one is shown.
+
+    The reading was requested before or after the direct position came.
+    """
     plc = _plc(Enable=True, DirectMm=[1.0] * 6, Period="T#0ms")
     plc.scan(2)
     plc.change("Position.Direct", to=True)
@@ -221,8 +225,11 @@ def test_of_a_reading_and_a_direct_position_the_younger_one_counts() -> None:
     )
 
 
-def test_a_reading_whose_turn_begins_in_the_scan_of_a_direct_position_is_not_older() -> None:
-    """The reading waited for another command. The direct position was given until that scan."""
+def test_a_reading_that_starts_in_the_scan_of_a_direct_position_is_not_older() -> None:
+    """A reading that gets the channel in the scan of a direct position is not older than it.
+
+    The reading has waited for another command.
+    """
     plc = _plc(DirectMm=[1.0] * 6, Period="T#10s")
     plc["First.Code"], plc["First.Execute"] = 0x0501, True
     plc.scan(2)
@@ -259,10 +266,13 @@ def test_an_abnormal_end_is_shown_with_its_alarm_until_enable_falls() -> None:
 @pytest.mark.parametrize("moment", [0, 1, 2, 3, 30])
 @pytest.mark.parametrize(("lost", "error"), [("link", 0x8001), ("CPU_OK", 0x8002)])
 @pytest.mark.parametrize("direct", [False, True])
-def test_a_loss_ends_it_in_that_scan_and_nothing_restarts(
+def test_a_loss_ends_the_block_in_the_same_scan_and_nothing_restarts(
     moment: int, lost: str, error: int, direct: bool
 ) -> None:
-    """The loss comes before the reading, during it, or between two readings."""
+    """A loss of the link ends the block in the same scan, and nothing restarts.
+
+    The loss comes before a reading, during a reading, or between two readings.
+    """
     plc = _plc(Enable=True, Direct=direct)
     if moment < 4:
         plc.scan(moment)
@@ -290,12 +300,10 @@ def test_the_robot_is_in_the_code(number: int) -> None:
 @pytest.mark.parametrize("engine", ENGINES)
 @pytest.mark.parametrize("k", range(6))
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf, 2_147_485.0, -2_147_485.0])
-def test_a_direct_position_that_no_controller_answers_is_an_error(
-    engine: str, k: int, value: float
-) -> None:
-    """The value is not a number, or does not fit into a double word of 0.001 mm.
+def test_an_illegal_direct_position_is_an_error(engine: str, k: int, value: float) -> None:
+    """An illegal direct position is an error, which stays until Enable falls.
 
-    The error stays until Enable falls.
+    The value is not a number, or does not fit into a double word of 0.001 mm.
 
     Source: docs/reference/errors.md, 16#8047; remote command guide 4.7.4: 32 bits, integers (x1000)
     """
@@ -315,7 +323,7 @@ def test_a_direct_position_that_no_controller_answers_is_an_error(
     assert (plc["Position.Valid"], plc["Position.PositionMm"]) == (True, [2.0] * 6)
 
 
-def test_a_reading_that_ends_later_does_not_take_the_place_of_the_first_error() -> None:
+def test_a_later_reading_does_not_replace_the_first_error() -> None:
     """Source: docs/reference/errors.md, 16#8047; comment of Error: until Enable falls."""
     for words in ([4, 2], [0, 0, *_PLACE]):
         plc = _plc(Enable=True)
@@ -329,7 +337,7 @@ def test_a_reading_that_ends_later_does_not_take_the_place_of_the_first_error() 
         assert plc["Position.PositionMm"] == [0] * 6
 
 
-def test_a_reading_that_waits_is_withdrawn_by_an_error() -> None:
+def test_an_error_withdraws_a_waiting_reading() -> None:
     """Source: docs/reference/blocks.md, the contract: an error ends the work."""
     plc = _plc()
     plc["First.Code"], plc["First.Execute"], plc["First.Timeout"] = 0x0501, True, "T#0s"
@@ -346,14 +354,14 @@ def test_a_reading_that_waits_is_withdrawn_by_an_error() -> None:
 
 
 @pytest.mark.parametrize("value", [2_147_483.0, -2_147_483.0])
-def test_what_a_controller_can_answer_may_be_given_directly(value: float) -> None:
+def test_every_position_that_a_controller_can_report_may_be_given_directly(value: float) -> None:
     """Source: remote command guide 4.7.4."""
     plc = _plc(Enable=True, Direct=True, DirectMm=[value] * 6)
     plc.scan()
     assert (plc["Position.Valid"], plc["Position.PositionMm"]) == (True, [value] * 6)
 
 
-def test_a_direct_position_counts_for_nothing_without_direct() -> None:
+def test_a_direct_position_is_ignored_without_direct() -> None:
     """Source: comment of DirectMm."""
     plc = _plc(Enable=True, DirectMm=[math.nan] * 6)
     _read(plc)
@@ -370,7 +378,7 @@ def test_without_enable_it_shows_nothing_whatever_its_pins_and_the_link_are() ->
         assert plc["Position.PositionMm"] == [0] * 6
 
 
-def test_the_first_error_stays_and_what_is_given_directly_then_counts_for_nothing() -> None:
+def test_after_an_error_a_direct_position_is_ignored() -> None:
     """Source: docs/reference/errors.md, 16#8040; comment of Error: until Enable falls."""
     plc = _plc(Enable=True, RobotNumber=5, DirectMm=[1.0] * 6)
     plc.scan()
@@ -390,14 +398,14 @@ def test_an_illegal_robot_number_is_refused_without_a_telegram(number: int, erro
     assert not any(plc.words)
 
 
-def test_an_answer_that_does_not_come_ends_it_at_timeout() -> None:
+def test_a_missing_answer_ends_the_block_after_timeout() -> None:
     """Source: docs/reference/errors.md, 16#8011."""
     plc = _plc(Enable=True, Timeout="T#100ms")
     plc.scan_until(lambda: bool(plc["Position.Error"]), most=12)
     assert plc["Position.ErrorID"] == 0x8011
 
 
-def test_the_timeout_is_five_seconds_and_brings_no_alarm_of_another_command() -> None:
+def test_the_timeout_is_five_seconds_and_shows_no_alarm_of_another_command() -> None:
     """Source: docs/reference/errors.md, 16#8011; comment of AlarmGroup: of an abnormal end."""
     plc = _plc()
     plc.give("First", 0x0501)
@@ -432,8 +440,11 @@ def test_number_period_and_timeout_are_sampled_at_the_start() -> None:
     assert not plc["Position.Error"]
 
 
-def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
-    """The reading belonged to another robot. The next reading starts as soon as it has ended."""
+def test_a_reading_of_an_earlier_enable_is_ignored() -> None:
+    """The answer to a reading of an earlier Enable is ignored.
+
+    The reading belonged to another robot. The next reading starts as soon as it has ended.
+    """
     plc = _plc(Enable=True, RobotNumber=2)
     plc.scan(2)
     plc.change("Position.Enable", to=False)
@@ -450,8 +461,11 @@ def test_a_reading_of_an_earlier_enable_counts_for_nothing() -> None:
     assert plc["Position.Valid"]
 
 
-def test_an_enable_that_falls_before_the_code_is_out_sends_nothing() -> None:
-    """The reading is not needed any more, so the next command is sent without delay."""
+def test_if_enable_falls_before_the_code_nothing_is_sent() -> None:
+    """If Enable falls before the code is sent, the reading is dropped.
+
+    The next command is sent without delay.
+    """
     plc = _plc(Enable=True)
     plc.scan()
     plc.change("Position.Enable", to=False)
@@ -486,10 +500,10 @@ def test_the_position_of_before_is_not_valid_in_the_next_enable() -> None:
     assert (plc["Position.Valid"], plc["Position.Busy"]) == (False, True)
 
 
-def test_the_age_counts_also_while_it_is_not_called() -> None:
-    """The age is 10 s.
+def test_the_age_includes_the_time_without_calls() -> None:
+    """Age includes the time without calls, here 10 s.
 
-    If the calls are missing during a reading, the reading is lost like any command.
+    If calls are missing during a reading, the reading is lost like any command.
 
     Source: docs/explanation/scan-model.md, a block that is skipped.
     """
@@ -505,7 +519,7 @@ def test_the_age_counts_also_while_it_is_not_called() -> None:
 
 
 def test_the_age_stays_at_a_day() -> None:
-    """An age that is too large for a TIME of 32 bits is never shown."""
+    """Age is limited to one day, so it always fits into a TIME of 32 bits."""
     plc = _watching(Period="T#48h")
     plc.scan_us = 3_600_000_000
     plc.scan(30)
@@ -529,8 +543,8 @@ def test_an_age_of_a_day_to_the_millisecond_stays() -> None:
     assert plc["Position.Age"] == timedelta(hours=24)
 
 
-def test_a_reading_that_takes_days_makes_an_age_of_a_day() -> None:
-    """Without a time limit, the answer may come after 60 hours. Age is limited to one day."""
+def test_after_a_reading_that_takes_days_the_age_is_a_day() -> None:
+    """If an answer takes days, Age is one day. Without a time limit it may come after 60 hours."""
     plc = _plc(Enable=True, Timeout="T#0s")
     plc.scan()
     plc.now_us += 3_600_000_000 - plc.scan_us
@@ -543,10 +557,10 @@ def test_a_reading_that_takes_days_makes_an_age_of_a_day() -> None:
     assert plc["Position.Age"] == timedelta(hours=24)
 
 
-def test_a_first_reading_counts_however_long_it_took() -> None:
-    """Scans pass for more than a day before it, and for 28 hours in steps of 7 hours during it.
+def test_the_first_reading_is_shown_however_long_it_took() -> None:
+    """The first reading is shown however long it took, because there is no more recent position.
 
-    There is no more recent position.
+    More than a day passes before the reading, and 28 hours during the reading, in steps of 7 hours.
     """
     plc = _plc(Timeout="T#0s")
     plc.scan_us = 3_600_000_000

@@ -1,6 +1,6 @@
 """FB_WorkArea reports whether a position is inside or outside of a box or a cylinder.
 
-A position that is older than MaxAge counts as neither.
+If the position is older than MaxAge, Inside and Outside are FALSE.
 """
 
 from __future__ import annotations
@@ -45,7 +45,10 @@ _TUBE: dict[str, Any] = {
 def test_a_box_lies_between_two_corners_in_any_order(
     engine: str, place: Sequence[float], depth: float, swapped: bool
 ) -> None:
-    """The box is from (100, 200, 300) to (200, 400, 600). The nearest side counts."""
+    """A box lies between two corners in any order, and the distance to the nearest side decides.
+
+    The box is from (100, 200, 300) to (200, 400, 600).
+    """
     corners = {"Corner1": _BOX["Corner2"], "Corner2": _BOX["Corner1"]} if swapped else _BOX
     area = WorkArea(engine, **corners)
     assert area.at(*place) == ("inside" if depth > 0 else "outside")
@@ -67,12 +70,13 @@ def test_a_box_lies_between_two_corners_in_any_order(
         ((100, 200, 40), -10),
     ],
 )
-def test_a_cylinder_stands_on_the_middle_of_its_end(
+def test_the_first_corner_is_the_center_of_the_end_of_a_cylinder(
     engine: str, place: Sequence[float], depth: float
 ) -> None:
-    """The cylinder has a radius of 50 about (100, 200) and Z from 50 to 150.
+    """A cylinder has its axis through the first corner, and its height between the two corners.
 
-    X and Y of the second corner are not used. Offsets of 30 and 40 mm are 50 mm in total, 24 and 32
+    Here the radius is 50 about (100, 200), and Z is from 50 to 150. X and Y of the second corner
+    are not used. Offsets of 30 and 40 mm are 50 mm in total, 24 and 32
     mm are 40 mm, 60 and 80 mm are 100 mm.
     """
     area = WorkArea(engine, **_TUBE)
@@ -109,8 +113,8 @@ def test_sizes_are_not_below_0(pin: str, value: float, wrong: bool) -> None:
     ("value", "wrong"),
     [(_EDGE, False), (-_EDGE, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
-def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
-    """Only X, Y and Z are checked."""
+def test_illegal_coordinates_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:
+    """An illegal value of X, Y or Z is refused. Other coordinates are not checked."""
     area = WorkArea(**_BOX)
     assert area.at(150, 300, 450) == "inside"
     coordinates = [150.0, 300.0, 450.0, 0.0]
@@ -126,8 +130,11 @@ def test_coordinates_that_are_none_are_refused(pin: str, k: int, value: float, w
         assert area["ErrorID"] == 0
 
 
-def test_the_radius_is_a_millimetre_unless_it_is_given() -> None:
-    """The position is 0.6 and 0.8 mm, so 1 mm, from the axis of the cylinder."""
+def test_the_default_radius_is_one_millimetre() -> None:
+    """Without a value, the radius is 1 mm.
+
+    The position is 0.6 and 0.8 mm, so 1 mm, from the axis.
+    """
     area = WorkArea(Shape="AREA_CYLINDER", Corner2=[0.0, 0.0, 10.0])
     area.at(0, 0, 5)
     assert area["Depth"] == 1

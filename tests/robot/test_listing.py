@@ -12,10 +12,7 @@ _STEPS = RobotProgram(name="LAMP", steps=("DO(21)=1", "DELAY 10"))
 
 
 def test_a_controller_without_a_text_has_no_listing() -> None:
-    """Without texts of programs there is no listing, and traces do not change.
-
-    Such a robot file has steps and durations only.
-    """
+    """A robot file with only steps and durations gives no listing, and its traces do not change."""
     assert listings(Controller(RobotConfig())) == []
     assert listings(Controller(RobotConfig(programs=(_STEPS,)))) == []
 

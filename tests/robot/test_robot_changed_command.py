@@ -28,7 +28,7 @@ def _rules(master: Master) -> list[str]:
 
 @pytest.mark.parametrize("second", [VERSION, (0x0505,)])
 def test_a_command_after_a_changed_one_is_executed(second: tuple[int, ...]) -> None:
-    """The knob can set the status to 0x0000 at once, while the movement continues.
+    """A key can set the status to 0x0000 at once, while the movement continues.
 
     Rule: changed-command, ready-first.
     Source: remote command guide chapter 1, 1.2, code 0x0000
@@ -63,7 +63,7 @@ def test_a_movement_beside_one_whose_status_is_not_shown_is_refused_as_busy() ->
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_that_acts_later_still_acts(shown: str) -> None:
-    """Only its status is not shown; the command is still executed.
+    """A changed command is still executed, but its status is not shown.
 
     Rule: changed-command.
     Source: remote command guide chapter 1, 1.1, note
@@ -96,10 +96,10 @@ def test_the_alarm_of_a_changed_command_is_not_shown_and_not_entered(shown: str)
     assert master.robot.alarms.latest_of_command is None
 
 
-def test_the_code_that_stands_there_in_a_ready_status_of_that_kind_is_not_executed() -> None:
-    """A code that was set while the status was still 0x0100 is not executed.
+def test_a_code_set_before_the_end_of_a_changed_command_is_not_executed() -> None:
+    """A code that is set while the status is still 0x0100 is not executed.
 
-    The next code comes in the ready status and is executed.
+    A later code that comes in the ready status is executed.
 
     Rule: changed-command, early-command.
     Source: remote command guide chapter 1, 1.2, code 0x0000
@@ -142,7 +142,7 @@ def test_a_changed_data_word_is_a_changed_command_or_free(
         assert master.robot.positions[0] == 100_000
 
 
-def test_data_are_those_that_stood_there_with_the_code() -> None:
+def test_a_command_uses_the_data_that_came_with_its_code() -> None:
     """Rule: changed-data."""
     master = powered_up(command_accept_delay=50, command_delay=50, data_belong_to_command=False)
     master.send(*POINT_1)
@@ -155,7 +155,9 @@ def test_data_are_those_that_stood_there_with_the_code() -> None:
 @pytest.mark.parametrize("waits", [False, True])
 @pytest.mark.parametrize("phase", ["changed", "resetting"])
 def test_a_code_that_comes_too_early_is_found_in_every_phase(phase: str, waits: bool) -> None:
-    """The code may come while a changed command still has status 0x0100, or during a status reset.
+    """A code that is set in another status than 0x0000 is a violation.
+
+    Examples are a changed command with status 0x0100, and a status reset.
 
     Rule: ready-first, early-command.
     Source: remote command guide chapter 1, 1.2, code 0x0000
@@ -187,7 +189,7 @@ def test_a_code_that_comes_too_early_is_found_in_every_phase(phase: str, waits: 
     assert master.texts() == []
 
 
-def test_an_early_code_is_found_again_when_it_comes_again() -> None:
+def test_each_early_code_is_reported_as_a_violation() -> None:
     """Rule: ready-first."""
     master = powered_up(status_reset_delay=100)
     master.send(*VERSION)
@@ -201,7 +203,9 @@ def test_an_early_code_is_found_again_when_it_comes_again() -> None:
 
 
 def test_a_code_that_replaces_one_whose_end_is_shown_never_waits() -> None:
-    """Without 0x0000 the status is never reset, so the code can never be executed.
+    """A new code directly replaces the old one, without the code 0x0000.
+
+    The status is never reset, so the new code is never executed.
 
     Rule: early-command.
     """
@@ -228,7 +232,7 @@ def test_continuous_output_that_changes_its_data_only_ends_with_the_change() -> 
 
 
 def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
-    """The command also runs if the master's words do not change afterwards.
+    """A changed command is executed even if the master's words do not change after it.
 
     Rule: changed-command.
     """
@@ -244,7 +248,7 @@ def test_a_changed_command_goes_on_without_a_change_of_the_inputs() -> None:
 
 @pytest.mark.parametrize("waits", [True, False])
 def test_a_code_that_waits_needs_no_change_of_the_inputs(waits: bool) -> None:
-    """The master's words do not change after the code that replaced another code.
+    """A waiting code is executed even if the master's words do not change after it.
 
     Rule: early-command.
     """
@@ -259,7 +263,9 @@ def test_a_code_that_waits_needs_no_change_of_the_inputs(waits: bool) -> None:
 
 
 def test_a_command_that_failed_unseen_is_not_tried_again() -> None:
-    """Point 7 is not defined when the assignment runs; defining it later has no effect.
+    """The assignment fails because point 7 is not defined.
+
+    It is not repeated when the point is defined later.
 
     Rule: changed-command.
     """

@@ -44,20 +44,20 @@ def test_unused_words_may_be_tolerated() -> None:
     assert master.execute(0x0001, 0x0008, 0, 0, 19)[:3] == FORMAT_ERROR
 
 
-def test_the_format_alarm_is_a_knob() -> None:
+def test_a_key_sets_the_format_alarm() -> None:
     """Rule: format."""
     master = _mover(format_alarm="4.99")
     assert master.execute(0x0501, 1)[:3] == (0x4000, 4, 99)
 
 
-def test_move_only_the_designated_axes() -> None:
+def test_move_moves_only_the_designated_axes() -> None:
     """Source: remote command guide 4.2.1, a and tt."""
     master = _mover()
     assert master.execute(0x0001, 0x0001, 0x0002, 0, 19)[0] == 0x0200
     assert master.robot.positions == [0, 200000, 0, 0]
 
 
-def test_move_to_a_point_in_millimetres() -> None:
+def test_move_reaches_a_point_in_millimetres() -> None:
     """10.000 mm at 2000 pulses/mm are 20000 pulses. The answer is in millimetres.
 
     Rule: millimetres.
@@ -69,14 +69,14 @@ def test_move_to_a_point_in_millimetres() -> None:
     assert answer[4:8] == (0x2710, 0x0000, 0xFFFF, 0xFFFF)
 
 
-def test_a_position_that_does_not_fit_into_32_bits_is_cut_off() -> None:
+def test_a_position_beyond_32_bits_is_shown_as_the_limit() -> None:
     """Rule: millimetres."""
     master = powered_up(axes=(Axis(pulses_per_mm=0.0001), Axis(pulses_per_mm=0.0001)))
     master.robot.positions[:] = [1000, -1000]
     assert master.execute(0x0506)[4:8] == (0xFFFF, 0x7FFF, 0x0000, 0x8000)
 
 
-def test_positions_are_0_where_they_were_not_asked_for() -> None:
+def test_a_key_decides_whether_positions_that_were_not_requested_are_0() -> None:
     """Rule: unasked-positions."""
     assert _mover().execute(0x0001, 0, 0, 0, 19)[4] == 0
     shown = _mover(unasked_positions_zero=False).execute(0x0001, 0, 0, 0, 19)
@@ -128,9 +128,9 @@ def test_a_target_beyond_the_soft_limit_ends_in_2_334(words: tuple[int, ...]) ->
 def test_a_movement_does_not_start_in_a_stop_or_with_the_servos_off(
     words: tuple[int, ...], what: str, alarm: str
 ) -> None:
-    """The answer contains no position, because the stop did not end a movement.
+    """The commands end in an alarm.
 
-    This applies to a jog, too.
+    The answer contains no position, because no movement was in progress.
 
     Rule: stop-alarm, other-alarms, jog-refused.
     Source: manual chapter 4, 4
@@ -148,7 +148,9 @@ def test_a_movement_does_not_start_in_a_stop_or_with_the_servos_off(
     ("config", "alarm"), [({"undefined_point_alarm": "6.5"}, "6.5"), ({}, "6.204")]
 )
 @pytest.mark.parametrize("code", [0x001, 0x009, 0x00A, 0x010, 0x014, 0x044, 0x045, 0x04B, 0x101])
-def test_a_point_that_is_not_defined(code: int, config: dict[str, Any], alarm: str) -> None:
+def test_a_movement_to_a_point_that_is_not_defined_is_refused(
+    code: int, config: dict[str, Any], alarm: str
+) -> None:
     """MOVE, MOVEI, DRIVE, DRIVEI, MOVET, PUSH and the point reference refuse an undefined point.
 
     Rule: other-alarms.
@@ -158,7 +160,7 @@ def test_a_point_that_is_not_defined(code: int, config: dict[str, Any], alarm: s
     assert _mover(**config).execute(code, *words) == abnormal_end(alarm)
 
 
-def test_a_movement_beside_the_program_or_a_return_to_origin() -> None:
+def test_a_movement_during_a_program_or_a_return_to_origin_is_accepted_or_refused() -> None:
     """Rule: movement-beside."""
     master = _mover()
     master.pulse("SI12")
@@ -180,7 +182,7 @@ def test_an_alarm_that_ends_a_command_goes_into_the_history(knob: bool, alarm: b
     assert [one.number for one in master.robot.alarms.history] == ["4.2"]
 
 
-def test_bit_0_of_the_point_flag_is_a_knob() -> None:
+def test_a_key_decides_bit_0_of_the_point_flag() -> None:
     """Rule: flag-bit-0."""
     master = powered_up(position_flag_bit0=False)
     assert master.execute(0x0506)[3] == 0
@@ -193,7 +195,9 @@ def test_versions_show_0_for_drivers_that_are_not_there() -> None:
 
 
 def test_versions_have_four_drivers_however_many_axes_there_are() -> None:
-    """The drivers are in words m+10 to m+16. The words from m+18 on are not used.
+    """The answer has the versions of four drivers in words m+10 to m+16.
+
+    The words from m+18 on are not used.
 
     Source: remote command guide 4.7.1.
     """

@@ -54,7 +54,7 @@ def _load(tmp_path: Path, text: str) -> RobotConfig:
     return RobotConfig.load(file)
 
 
-def test_a_robot_file_sets_what_it_names(tmp_path: Path) -> None:
+def test_a_robot_file_sets_the_keys_that_it_contains(tmp_path: Path) -> None:
     config = _load(tmp_path, GOOD)
     assert config.size == 256
     assert config.servo_on_delay == (10, 40)
@@ -183,7 +183,10 @@ _QUICK_VALUES = ["9" * 30, "[[1]]", "{}", "1979-05-27"]
 def test_every_key_refuses_a_value_of_another_kind(
     tmp_path: Path, table: str, keys: list[str], value: str
 ) -> None:
-    """The message is short. If a key takes tables, an empty table sets nothing."""
+    """Every key refuses a value of a wrong type with a short message.
+
+    An exception is an empty table, if the key takes tables.
+    """
     for key in keys:
         empty = value == "{}" and key in (*STORED, "real_time_items", "work_areas")
         said = ""
@@ -235,8 +238,7 @@ def test_a_wrong_value_in_python_is_refused_too(values: dict[str, Any]) -> None:
 def test_the_points_of_the_manuals_examples_are_there_without_a_robot_file() -> None:
     """Rule: example-points.
 
-    The guide does not give the position of point 19 (chapter 2), nor the hand and arms of any
-    point.
+    The position of point 19 (chapter 2), and all hand systems and arm rotations, are assumed.
 
     Source: guide, 4.3.1 (point 50: 10.000, -20.000, 5.000, -18.000 mm), 4.2.1 (point 100)
     """

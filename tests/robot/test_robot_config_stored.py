@@ -49,7 +49,7 @@ def _load(tmp_path: Path, text: str) -> RobotConfig:
     return RobotConfig.load(file)
 
 
-def test_a_robot_file_presets_what_is_stored(tmp_path: Path) -> None:
+def test_a_robot_file_presets_stored_data(tmp_path: Path) -> None:
     config = _load(tmp_path, GOOD)
     assert config.points == {50: Point((10000, 0, 0, 0, 0, 0), mm=True)}
     assert config.comments == {50: "WAIT ORG"}

@@ -32,7 +32,8 @@ _TRUE = """
     alarm_stops_servo motion_during_program
 """
 _INPUT_FORMAT_ERROR = "format_alarm not_scara_alarm impossible_date_alarm"
-#: Alarms by their names in the public list, such as 12.75 "Illegal remote command".
+#: Default alarms of the keys, chosen by their names in the public list: 12.75 is "Illegal remote
+#: command".
 _BY_NAME = {
     "undefined_code_alarm": "12.75",
     "pendant_alarm": "12.76",
@@ -62,7 +63,7 @@ _BY_NAME = {
     "drive_xy_alarm": "2.337",
 }
 _NO_ALARM = "power_on_alarm main_power_alarm undefined_data_alarm"
-#: Times in ms of answers and of the surroundings.
+#: Default times [ms] of the controller's answers and of its surroundings.
 _TIMES: dict[str, float] = {
     "boot_time": 200,
     "link_error_delay": 100,
@@ -139,9 +140,9 @@ _OTHERS: dict[str, Any] = {
 
 
 def test_a_controller_without_a_robot_file_is_the_one_of_the_list() -> None:
-    """The values of a controller without a robot file are those of this list.
+    """A controller without a robot file has the values of this list.
 
-    Another test checks its points, which are those of the manual's examples.
+    Another test checks its points.
 
     Source: manual, remote command guide 4.7.1 (versions), 4.7.7 (500 messages), 4.7.13 and 4.7.14
     (date and time), 4.7.15 (slots), 4.9.1 (item 13), 4.2.1 (4.2); chapter 4, 4; chapter 5, 3
@@ -155,10 +156,11 @@ def test_a_controller_without_a_robot_file_is_the_one_of_the_list() -> None:
     del theirs["points"]
     assert theirs == mine
     flags = {name for name, value in theirs.items() if isinstance(value, bool)}
-    assert flags == {*_FALSE.split(), *_TRUE.split()}  # `1 == True` in Python.
+    # compare types as well, because `1 == True` in Python
+    assert flags == {*_FALSE.split(), *_TRUE.split()}
 
 
-def test_the_defaults_of_an_axis_and_of_a_program() -> None:
+def test_an_axis_and_a_program_have_their_defaults() -> None:
     """The default axis reaches 1 m to both sides, with 1000 pulses/mm and no workpiece."""
     assert _defaults(Axis) == {
         "robot": 1,
@@ -200,8 +202,8 @@ def _robot(key: str, value: Any) -> RobotConfig:
     return RobotConfig(**given)
 
 
-#: Lowest and highest values. Percentages are from the guide, 4.2.14 to 4.2.16; the amount is from
-#: 4.2.8; words have 16 bits.
+#: Lowest and highest values of keys. Percentages are from the guide, 4.2.14 to 4.2.16, the inching
+#: amount from 4.2.8. Words have 16 bits.
 _OF_ROBOT = {
     "auto_speed": (1, 100),
     "program_speed": (1, 100),
@@ -228,7 +230,9 @@ _OF_AXIS = {
 
 
 @pytest.mark.parametrize(("key", "limits"), _OF_ROBOT.items())
-def test_a_number_of_the_robot_is_taken_up_to_its_limits(key: str, limits: tuple[int, int]) -> None:
+def test_a_key_of_the_robot_accepts_values_up_to_its_limits(
+    key: str, limits: tuple[int, int]
+) -> None:
     for value in limits:
         assert getattr(_robot(key, value), key) == value
     for value in (limits[0] - 1, limits[1] + 1):
@@ -237,7 +241,7 @@ def test_a_number_of_the_robot_is_taken_up_to_its_limits(key: str, limits: tuple
 
 
 @pytest.mark.parametrize(("key", "limits"), _OF_AXIS.items())
-def test_a_number_of_an_axis_is_taken_up_to_its_limits(
+def test_a_key_of_an_axis_accepts_values_up_to_its_limits(
     tmp_path: Any, key: str, limits: tuple[int, int]
 ) -> None:
     file = tmp_path / "robot.toml"
@@ -253,7 +257,7 @@ def test_a_number_of_an_axis_is_taken_up_to_its_limits(
 @pytest.mark.parametrize("value", [float("inf"), float("-inf"), float("nan"), True, "5"])
 @pytest.mark.parametrize("key", ["min_interval", "servo_on_delay", "variables"])
 def test_a_number_that_is_not_finite_is_refused(key: str, value: Any) -> None:
-    """A variable is limited only by its type."""
+    """Infinite values and NaN are refused. The value of a variable is limited only by its type."""
     given = {"SGR0": value} if key == "variables" else value
     with pytest.raises(InputError):
         _robot(key, given)

@@ -13,7 +13,7 @@ from rcx_harness.spec.wire import CYCLE_US
 from robot_master import Master, powered_up
 from structured_text.errors import InputError
 
-#: Events that need arguments.
+#: Arguments of the events that need some.
 ARGUMENTS = {"parallel_input": {"port": 6, "on": 1}}
 
 
@@ -27,7 +27,7 @@ def test_a_held_output_does_not_answer_until_it_is_released() -> None:
     assert master.on("SO02")
 
 
-def test_a_held_status_keeps_the_response_with_it() -> None:
+def test_a_held_status_also_holds_the_response_back() -> None:
     master = powered_up()
     master.robot.hold("Status")
     master.send(0x0501)
@@ -138,7 +138,7 @@ def test_an_area_of_the_wrong_size_is_refused() -> None:
         Controller().cycle(0, bytes(256))
 
 
-def test_violations_are_drained_once_and_kept() -> None:
+def test_drain_violations_returns_each_violation_once() -> None:
     master = Master()
     master.run(300)
     master.si[46] = 1
@@ -150,7 +150,10 @@ def test_violations_are_drained_once_and_kept() -> None:
 
 
 def _random_life(seed: int, robot: Controller, start: int, cycles: int) -> list[bytes]:
-    """Apply random bits, words, losses and events, and check that the controller always answers."""
+    """Apply random bits, words, connection losses and events.
+
+    Return the areas that the controller sends.
+    """
     rng = random.Random(seed)
     si = bytearray(48)
     answers = []
@@ -183,7 +186,7 @@ def _busy_robot(seed: int) -> Controller:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_the_same_calls_always_give_the_same_bytes(seed: int) -> None:
+def test_two_controllers_with_the_same_seed_and_calls_send_the_same_bytes(seed: int) -> None:
     first, second = _busy_robot(seed), _busy_robot(seed)
     assert _random_life(seed, first, 0, 2000) == _random_life(seed, second, 0, 2000)
     assert first.violations == second.violations != []
@@ -202,7 +205,7 @@ def test_a_restored_snapshot_goes_on_as_the_original_did(seed: int) -> None:
         assert robot.violations == violations
 
 
-def test_a_cycle_in_which_nothing_is_due_gives_the_area_of_the_one_before() -> None:
+def test_an_idle_cycle_gives_the_area_of_the_previous_cycle() -> None:
     robot = Controller(RobotConfig(boot_time=0))
     on, off = bytes([0] * 32 + [0x41] + [0] * 15), bytes([0] * 32 + [0x40] + [0] * 15)
     images = [on, on, off, on] + [on] * 40
@@ -218,13 +221,14 @@ def test_a_snapshot_of_another_robot_is_refused() -> None:
 
 
 @pytest.mark.parametrize("seed", range(3))
-def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: int) -> None:
+def test_skipping_idle_cycles_changes_no_answer(seed: int) -> None:
     """Skipping idle cycles gives the same answers as executing each cycle."""
     lazy, diligent = _busy_robot(seed), _busy_robot(seed)
     work = diligent.cycle
 
     def cycle(now_us: int, si: bytes | None) -> bytes:
-        assert diligent.origins is not None  # a reader may change them, so no skip
+        # reading the positions may change them, so the next cycle must be executed
+        assert diligent.origins is not None
         return work(now_us, si)
 
     diligent.cycle = cycle  # type: ignore[method-assign]
@@ -244,7 +248,7 @@ def test_cycles_in_which_nothing_is_due_are_skipped_without_a_difference(seed: i
 def test_changes_before_the_first_cycle_show_in_it(
     act: Callable[[Controller], None], at: int, byte: int
 ) -> None:
-    """A change shows in the first cycle, at time 0, with a booted controller, and in a later cycle.
+    """Data are changed before the first cycle of a booted controller, and before a later cycle.
 
     Source: manual chapter 1, 4.1
     """

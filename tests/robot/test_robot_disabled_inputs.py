@@ -9,16 +9,16 @@ import pytest
 
 from robot_master import Master, powered_up, servos_on
 
-#: Settings, each with its configuration and the event that enables it.
+#: Settings that disable inputs, each with its configuration and the event that activates it.
 _SETTINGS: dict[str, tuple[dict[str, Any], str]] = {
     "none": ({}, ""),
     "pendant": ({}, "pendant_on"),
-    "pendant, by its knob": ({"pendant_blocks_inputs": False}, "pendant_on"),
+    "pendant, by its key": ({"pendant_blocks_inputs": False}, "pendant_on"),
     "safety": ({}, "safety_on"),
-    "safety, by its knob": ({"safety_keeps_stops": False}, "safety_on"),
+    "safety, by its key": ({"safety_keeps_stops": False}, "safety_on"),
     "parallel": ({"parallel_io": "valid"}, ""),
-    "parallel, by its knob": ({"parallel_io": "valid", "parallel_disables_si": True}, ""),
-    "parallel invalid, by its knob": ({"parallel_io": "invalid", "parallel_disables_si": True}, ""),
+    "parallel, by its key": ({"parallel_io": "valid", "parallel_disables_si": True}, ""),
+    "parallel invalid, by its key": ({"parallel_io": "invalid", "parallel_disables_si": True}, ""),
 }
 
 _ALL = {"SI00", "SI01", "SI06", "SI10", "SI12", "SI14", "SI15", "SI16", "SI17", "terminal"}
@@ -28,12 +28,12 @@ _STOPS = {"SI00", "SI06", "terminal"}  # chapter 1, 5: SI(00), SI(06) and the te
 _WORKS: dict[str, set[str]] = {
     "none": _ALL,
     "pendant": _STOPS | {"SI10", "SI16"},
-    "pendant, by its knob": _ALL,
+    "pendant, by its key": _ALL,
     "safety": _STOPS,
-    "safety, by its knob": {"terminal"},
+    "safety, by its key": {"terminal"},
     "parallel": _ALL,
-    "parallel, by its knob": _STOPS,
-    "parallel invalid, by its knob": _STOPS,
+    "parallel, by its key": _STOPS,
+    "parallel invalid, by its key": _STOPS,
 }
 
 
@@ -50,7 +50,7 @@ def _press(master: Master) -> None:
     master.run(20)
 
 
-#: For each input: the way to use it and the way to see its effect.
+#: For each input: a function that uses it, and a function that shows its effect.
 _TRIES: dict[str, tuple[Callable[[Master], None], Callable[[Master], bool]]] = {
     "SI00": (_off("SI00"), lambda master: master.on("SO00")),
     "terminal": (_press, lambda master: master.on("SO00")),
@@ -66,7 +66,7 @@ _TRIES: dict[str, tuple[Callable[[Master], None], Callable[[Master], bool]]] = {
     "SI16": (_pulse("SI16"), lambda master: not master.on("SO03")),
     "SI17": (_pulse("SI17"), lambda master: master.robot.machine.origin_running),
 }
-#: The state that each input needs beforehand, reached without dedicated inputs.
+#: For each input, a function that prepares the state it needs, without dedicated inputs.
 _SERVO_ON, _RUN = (0x0042,), (0x0402,)
 _BEFORE = {"SI06": (_RUN,), "SI14": (_SERVO_ON,), "SI17": (_SERVO_ON,)}
 
@@ -74,7 +74,7 @@ _BEFORE = {"SI06": (_RUN,), "SI14": (_SERVO_ON,), "SI17": (_SERVO_ON,)}
 @pytest.mark.parametrize("name", sorted(_ALL))
 @pytest.mark.parametrize("setting", _SETTINGS)
 def test_which_dedicated_input_works_under_which_setting(setting: str, name: str) -> None:
-    """An edge while the input is disabled has no effect later either, when the setting changes.
+    """An edge of a disabled input has no effect, even if the setting ends later.
 
     Rule: pendant-inputs, safety-inputs, parallel-reading, parallel-inputs, emergency-terminal.
     Source: manual chapter 1, 5 and 4.1; remote command guide chapter 3, restrictions
@@ -94,7 +94,8 @@ def test_which_dedicated_input_works_under_which_setting(setting: str, name: str
     works = name in _WORKS[setting]
     assert has_worked(master) is works
     if event and not works:
-        if name in ("SI00", "SI06", "SI10"):  # Level inputs go back to their former state.
+        # inputs that work by their level return to their former state
+        if name in ("SI00", "SI06", "SI10"):
             master.turn_and_wait(name, name != "SI10")
         master.robot.inject(event.replace("_on", "_off"))
         master.run(200)
@@ -105,7 +106,10 @@ def test_which_dedicated_input_works_under_which_setting(setting: str, name: str
 
 @pytest.mark.parametrize("name", ["SI01", "SI12", "SI15"])
 def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str) -> None:
-    """SI(10) is a level, so its state has an effect. Rule: safety-inputs."""
+    """An input that is ON when the setting ends has no edge.
+
+    Only SI(10) has an effect, because it works by its level. Rule: safety-inputs.
+    """
     master = powered_up()
     master.turn_and_wait("SI10", True)
     assert master.on("SO12")
@@ -121,7 +125,9 @@ def test_an_input_that_is_on_when_a_safety_setting_ends_makes_no_edge(name: str)
 
 @pytest.mark.parametrize(("keeps", "runs"), [(True, False), (False, True)])
 def test_disabled_stops_count_as_on_without_a_connection(keeps: bool, runs: bool) -> None:
-    """The loss itself is configured not to be a serious alarm here.
+    """Disabled stop inputs count as ON when the connection is lost.
+
+    In this test the loss is not a serious alarm.
 
     Rule: safety-inputs, link-lost.
     """

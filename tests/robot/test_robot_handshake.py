@@ -71,7 +71,7 @@ def test_the_command_is_accepted_after_a_delay() -> None:
 
 
 def test_a_command_code_changed_before_its_end_gets_no_status() -> None:
-    """The movement continues to its end.
+    """The movement of the changed command continues to its end.
 
     Rule: hold-command, changed-command.
     Source: remote command guide chapter 1, 1.1, note
@@ -95,7 +95,7 @@ def test_a_command_code_changed_before_its_end_gets_no_status() -> None:
     assert master.execute(VERSION)[0] == 0x0200
 
 
-def test_a_code_that_stands_there_after_a_changed_command_is_not_executed() -> None:
+def test_a_code_that_is_already_set_after_a_changed_command_is_not_executed() -> None:
     """Rule: changed-command."""
     master = _mover()
     master.send(*MOVE_TO_19)
@@ -173,7 +173,9 @@ def test_data_words_are_free_while_the_code_is_0x0000() -> None:
 
 
 def test_continuous_output_follows_the_position_until_the_status_reset_command() -> None:
-    """Withdrawing the command is its regular end.
+    """The words follow the position.
+
+    The command ends only when the master sends the status reset command.
 
     Rule: continuous.
     Source: remote command guide 4.7.4

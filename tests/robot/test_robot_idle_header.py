@@ -24,7 +24,7 @@ def _served(idle_header: str) -> ServedHost:
     return served
 
 
-def test_an_idle_master_is_the_loss_of_the_link() -> None:
+def test_an_idle_master_counts_as_a_loss_of_the_link() -> None:
     """Rule: idle-header."""
     served = _served("loss")
     served.network.become(OwnerState.IDLE)
@@ -35,7 +35,7 @@ def test_an_idle_master_is_the_loss_of_the_link() -> None:
     assert served.run(5).network_led == "green"
 
 
-def test_by_the_other_reading_the_last_data_of_an_idle_master_stand() -> None:
+def test_the_last_data_before_idle_stay_if_the_setting_is_hold() -> None:
     """Rule: idle-header."""
     served = _served("hold")
     served.network.to_robot.write(_image(9, 0))
@@ -47,7 +47,7 @@ def test_by_the_other_reading_the_last_data_of_an_idle_master_stand() -> None:
     assert bytes.fromhex(served.run(5).si) == _image(9, 0)
 
 
-def test_a_master_that_begins_idle_has_sent_no_data_to_stand() -> None:
+def test_the_inputs_are_zero_if_the_master_was_idle_from_the_start() -> None:
     """Rule: idle-header."""
     served = ServedHost(RobotConfig(idle_header="hold"))
     served.network.to_robot.write(_image(9))
@@ -55,7 +55,7 @@ def test_a_master_that_begins_idle_has_sent_no_data_to_stand() -> None:
     assert bytes.fromhex(served.run(5).si) == bytes(48)
 
 
-def test_a_loss_while_idle_is_a_loss_by_either_reading() -> None:
+def test_a_connection_loss_of_an_idle_master_is_an_alarm_even_if_idle_holds_the_data() -> None:
     """Rule: idle-header."""
     served = _served("hold")
     served.network.become(OwnerState.IDLE)

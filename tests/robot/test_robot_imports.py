@@ -1,4 +1,4 @@
-"""Modules of the virtual controller import each other in one direction, also for types."""
+"""Modules of the virtual controller do not import each other in a circle, not even for types."""
 
 from __future__ import annotations
 

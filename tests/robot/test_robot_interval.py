@@ -114,7 +114,7 @@ def test_an_unrecognised_level_is_taken_after_the_interval(late: bool, emergency
 
 
 def test_an_edge_that_was_not_recognised_never_acts() -> None:
-    """The input then counts as a level. The next edge needs an OFF in between.
+    """After the interval, the input counts only as a level. A new edge needs an OFF first.
 
     Rule: interval-levels, interval-strict.
     """
@@ -129,7 +129,7 @@ def test_an_edge_that_was_not_recognised_never_acts() -> None:
     assert master.on("SO02")
 
 
-def test_the_interval_is_a_knob() -> None:
+def test_a_key_sets_the_interval() -> None:
     """Rule: interval-strict."""
     master = Master(min_interval=0)
     master.run(300)
@@ -174,7 +174,7 @@ def test_general_purpose_inputs_may_change_at_any_time() -> None:
 
 
 def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -> None:
-    """The interval begins at the last change, whether that was recognised or not.
+    """The interval counts from the last change, even if that change was not recognised.
 
     Rule: interval-levels, interval-strict.
     """
@@ -187,7 +187,10 @@ def test_a_level_that_was_not_recognised_is_taken_exactly_after_the_interval() -
 
 
 def test_an_input_whose_switch_off_was_not_recognised_makes_no_edge_when_it_is_on_again() -> None:
-    """For the controller, the input was ON all the time. Rule: interval-levels, interval-strict."""
+    """The controller did not recognise the switch-off, so the input was ON all the time.
+
+    Rule: interval-levels, interval-strict.
+    """
     master = powered_up()
     master.turn_and_wait("SI16", True, 50)
     master.turn_and_wait("SI16", False, 50)

@@ -1,6 +1,6 @@
-"""Forward and inverse kinematics of SCARA robots agree with figures by hand.
+"""Forward and inverse kinematics of SCARA robots agree with values calculated by hand.
 
-The figures use the arms of the data sheets: 225 and 175 mm for the YK400XE, twice 600 mm for the
+Arm lengths are those of the data sheets: 225 and 175 mm for the YK400XE, 600 and 600 mm for the
 YK1200XG. Lengths are in 0.001 mm, angles in 0.001 degree.
 """
 
@@ -32,8 +32,12 @@ RIGHT_ANGLE, TURN = 90_000, 360_000
         ((-60, 120, 0, 30), (337.5 * math.sqrt(1 / 3) - 87.5, 200, 0, 180)),
     ],
 )
-def test_where_the_hand_is(joints: tuple[float, ...], place: tuple[float, ...]) -> None:
-    """At 0 degrees the arms lie along Y. Positive angles turn to -X. R is the sum and 90.
+def test_forward_kinematics_gives_the_position_of_the_hand(
+    joints: tuple[float, ...], place: tuple[float, ...]
+) -> None:
+    """At 0 degrees the arms lie along Y.
+
+    Positive angles turn to -X. R is the sum of the angles plus 90 degrees.
 
     With -60 and 120 degrees, arm 1 points 30 degrees above X (194.86, 112.5 mm) and arm 2 points at
     150 degrees (-151.55, 87.5 mm).
@@ -49,7 +53,7 @@ def test_where_the_hand_is(joints: tuple[float, ...], place: tuple[float, ...]) 
 
 @pytest.mark.parametrize(("arm", "sign"), [(YK400, 1), (LEFT, -1)])
 def test_both_arms_reach_the_same_place(arm: Scara, sign: int) -> None:
-    """At x = 0 and the diagonal of a right angle, 285.044 mm, axis 2 is +-90 degrees.
+    """The point is at x = 0 and y = 285.044 mm, where axis 2 is at +-90 degrees.
 
     Axis 1 is -+atan(175 / 225) = 37.875 degrees. The elbow of the right arm is at the right.
 
@@ -63,13 +67,13 @@ def test_both_arms_reach_the_same_place(arm: Scara, sign: int) -> None:
 
 
 @pytest.mark.parametrize("place", [(0, 400_010), (0, 49_990), (0, 0), (-300_000, 300_000)])
-def test_what_the_arms_do_not_reach_is_refused(place: tuple[int, int]) -> None:
+def test_a_position_that_the_arms_do_not_reach_is_refused(place: tuple[int, int]) -> None:
     """The arms reach from 225 - 175 to 225 + 175 mm. Rule: robot-limits."""
     with pytest.raises(UnreachableError):
         YK400.inverse([*place, 0, 0])
 
 
-def test_the_borders_themselves_are_reached() -> None:
+def test_positions_on_the_border_of_the_range_are_reached() -> None:
     assert YK400.inverse([0, 400_000, 0, 90_000])[:2] == pytest.approx([0, 0], abs=1)
     assert YK400.inverse([0, 50_000, 0, 0])[1] == pytest.approx(180_000, abs=1)
 
@@ -85,12 +89,12 @@ def _angles(limit: int) -> st.SearchStrategy[float]:
     r=_angles(TURN),
     turned=st.one_of(st.just(0.0), _angles(TURN)),
 )
-def test_inverse_of_forward_are_the_same_joints(
+def test_forward_then_inverse_gives_the_same_joints(
     first: float, second: float, z: float, r: float, turned: float
 ) -> None:
-    """The joints have the hand system of the bend, for any angle of a hand beside the R axis.
+    """The test calculates the position of random joints, and the joints of this position.
 
-    Nearly stretched and folded poses are left out, because their joints are less certain.
+    Nearly stretched and folded poses are left out, because their joints are less exact.
     """
     joints = [first, second, z, r]
     arm = Scara(225_000, 175_000, turned)
@@ -105,7 +109,7 @@ def test_inverse_of_forward_are_the_same_joints(
     ("second", "turned"), [(110, 80), (-110, -80), (150, 180), (-150, -180), (150, 350)]
 )
 def test_axis_2_stays_within_half_a_turn_with_a_turned_hand(second: int, turned: int) -> None:
-    """With a hand turned by 80 degrees and axis 2 at 110, the bend is -170.
+    """With a hand turned by 80 degrees and axis 2 at 110 degrees, the arm is bent by -170 degrees.
 
     R makes no whole turn.
 
@@ -124,7 +128,9 @@ def test_axis_2_stays_within_half_a_turn_with_a_turned_hand(second: int, turned:
     r=_angles(TURN),
     left=st.booleans(),
 )
-def test_forward_of_inverse_is_the_same_place(x: float, y: float, r: float, left: bool) -> None:
+def test_inverse_then_forward_gives_the_same_position(
+    x: float, y: float, r: float, left: bool
+) -> None:
     arm = Scara(600_000, 600_000, left=left)
     if not 1_000 < math.hypot(x, y) < 1_199_999:
         return
@@ -157,7 +163,7 @@ def test_tool_and_shift_are_taken_back_exactly(
     assert [round(one) for one in frame.to_pulses(frame.to_mm(pulses))] == list(pulses)
 
 
-def test_a_hand_beside_the_r_axis_is_another_arm_2() -> None:
+def test_a_hand_beside_the_r_axis_changes_length_and_angle_of_arm_2() -> None:
     """The hand adds 10 degrees and 25 mm.
 
     With all axes at 0, the hand is at X -200 sin 10 and Y 225 + 200 cos 10.
@@ -171,7 +177,7 @@ def test_a_hand_beside_the_r_axis_is_another_arm_2() -> None:
     assert arm.inverse(place) == pytest.approx([0, 0, 0, 0], abs=0.01)
 
 
-def test_a_cartesian_robot_is_its_coordinates() -> None:
+def test_the_axes_of_a_cartesian_robot_are_its_coordinates() -> None:
     assert CARTESIAN.forward((1, 2, 3, 4)) == CARTESIAN.inverse((1, 2, 3, 4)) == [1, 2, 3, 4]
     assert CARTESIAN.bend((1, 2, 3, 4)) is None
     assert CARTESIAN.straight

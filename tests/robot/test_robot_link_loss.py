@@ -24,20 +24,23 @@ def _lose(master: Master, ms: float = 100) -> None:
 @pytest.mark.parametrize(
     ("words", "config", "status", "after"),
     [
-        ((0x0505, 1), {}, 0x0100, READY),  # the regular end of continuous output
+        ((0x0505, 1), {}, 0x0100, READY),  # the loss is the regular end of continuous output
         ((0x0506, 1), {}, 0x0100, READY),
         (VERSION, {"command_delay": 500}, 0x0100, LOST),
-        (VERSION, {}, 0x0200, None),  # the end is shown until the reset
+        (VERSION, {}, 0x0200, None),  # the end status is shown until the reset
         (VERSION, {"command_accept_delay": 500}, 0x0000, READY),  # not begun
     ],
 )
-def test_the_status_after_a_loss_of_the_connection(
+def test_the_status_after_a_loss_depends_on_the_state_of_the_command(
     words: tuple[int, ...],
     config: dict[str, Any],
     status: int,
     after: tuple[int, ...] | None,
 ) -> None:
-    """Rule: link-command, continuous."""
+    """A loss ends a running command. An end status stays until it is reset.
+
+    Rule: link-command, continuous.
+    """
     master = powered_up(**config)
     master.send(*words)
     master.run(100)
@@ -57,7 +60,10 @@ def test_the_status_after_a_loss_of_the_connection(
 
 @pytest.mark.parametrize("shown", ["run", "ready"])
 def test_a_changed_command_is_forgotten_with_the_connection(shown: str) -> None:
-    """The command is not executed any more. Rule: link-command, changed-command."""
+    """After a loss of the connection, the changed command is not executed.
+
+    Rule: link-command, changed-command.
+    """
     master = powered_up(command_delay=200, changed_command_status=shown)
     master.send(0x0100, 0, 1, 0, 5)
     master.run(50)
@@ -85,10 +91,12 @@ def test_a_status_that_is_being_reset_is_ready_after_the_loss() -> None:
 
 @pytest.mark.parametrize(("taken", "count"), [(True, 1), (False, 0)])
 @pytest.mark.parametrize("power", [False, True])
-def test_a_code_in_the_first_image_of_a_connection(taken: bool, count: int, power: bool) -> None:
-    """The code is a command or not, as configured, after a loss and after power-on.
+def test_a_key_decides_whether_a_code_in_the_first_image_is_executed(
+    taken: bool, count: int, power: bool
+) -> None:
+    """A key decides whether a code in the first image, after a loss or power-on, is a command.
 
-    With both settings, the next code is a command.
+    The next code is a command with either setting.
 
     Rule: first-image-command.
     """
@@ -178,7 +186,9 @@ def test_a_connection_that_comes_in_time_leaves_no_alarm() -> None:
 
 
 def test_general_inputs_without_a_connection_are_off_or_as_they_were() -> None:
-    """Words behave alike. With the connection, the inputs are the master's again.
+    """A key decides whether bits and words become 0 or keep their values.
+
+    When the connection returns, the master's values count again.
 
     Rule: inputs-on-loss.
     """

@@ -16,7 +16,7 @@ def _numbers(master: Master) -> list[str]:
     return [alarm.number for alarm in master.robot.alarms.active]
 
 
-def test_the_leds_from_power_on_to_loss_and_recovery() -> None:
+def test_the_leds_show_power_on_loss_and_recovery_of_the_connection() -> None:
     """Rule: leds. Source: manual chapter 1, 3; chapter 4, 2."""
     master = Master(boot_time=100, booted=False)
     master.connected = False
@@ -170,10 +170,10 @@ def test_auto_mode_comes_its_time_after_the_last_change() -> None:
     assert master.on("SO10")
 
 
-def test_a_power_cycle_forgets_that_the_connection_was_lost() -> None:
-    """A power cycle without a connection counts as "never connected": Network Status is green.
+def test_after_a_power_cycle_an_earlier_connection_loss_has_no_effect() -> None:
+    """After a power cycle without a connection, the controller counts as never connected.
 
-    The alarm is 12.551.
+    The Network Status LED is green, and the alarm is 12.551.
 
     Rule: leds, link-error-at-power-on.
     Source: manual chapter 1, 3 and 5.3

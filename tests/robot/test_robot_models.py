@@ -1,4 +1,4 @@
-"""Robots that a robot file can name have their axes and the law of their acceleration."""
+"""Robot models that a robot file can name have the axes and accelerations of their data sheets."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ def _load(folder: Path, text: str) -> RobotConfig:
 
 
 def test_the_yk400xe_has_the_pulses_and_limits_of_the_public_driver() -> None:
-    """-385506 ...
+    """Axis 1 has the range of -385506 to 380555 pulses, which is +-132 degrees.
 
-    380555 pulses are +-132 degrees, at 2901.746 pulses each. 0 degrees is at -2475.5.
+    A degree has 2901.746 pulses, and 0 degrees is at -2475.5 pulses.
 
     Rule: robot-figures.
     Source: public driver of the YK400XE, joints_ranges
@@ -95,7 +95,7 @@ def test_acceleration_is_power_over_speed_and_mass() -> None:
 
 
 def test_a_load_makes_a_movement_longer() -> None:
-    """At 1 % acceleration, Z never reaches its speed, so that the time grows with sqrt(mass).
+    """At 1 % acceleration, Z never reaches its speed, so the time grows with sqrt(mass).
 
     The parameter WEIGHT is in kg. The mass is 1.836 kg, and 5.836 kg with a load of 4 kg, so the
     movement takes 1.783 times as long.
@@ -134,7 +134,7 @@ def test_tables_of_axes_change_those_of_the_model_in_their_order(tmp_path: Path)
     assert config.axes[3] == plain[3]
 
 
-def test_a_second_robot_and_axes_beside_the_models(tmp_path: Path) -> None:
+def test_a_robot_file_adds_axes_and_robots_to_the_models(tmp_path: Path) -> None:
     """Robot 2 is the Cartesian robot.
 
     Axis 5 of robot 1, and robot 3, are defined by their tables.
@@ -149,8 +149,11 @@ def test_a_second_robot_and_axes_beside_the_models(tmp_path: Path) -> None:
     assert [bool(config.model(robot)) for robot in (1, 2, 3, 4)] == [True, True, False, False]
 
 
-def test_each_of_the_four_robots_may_be_a_model(tmp_path: Path) -> None:
-    """Source: remote command guide 4.2.1: a command designates robot 1 to 4."""
+def test_each_of_the_four_robots_may_have_a_model(tmp_path: Path) -> None:
+    """Each of robots 1 to 4 may have the axes of a model.
+
+    Source: remote command guide 4.2.1: a command designates robot 1 to 4.
+    """
     config = _load(tmp_path, 'robot = ["SXYX", "SXYX", "SXYX", "SXYX"]\n')
     assert [axis.robot for axis in config.axes] == [1] * 3 + [2] * 3 + [3] * 3 + [4] * 3
 
@@ -197,7 +200,7 @@ def _even(**limits: Any) -> AxisLimits:
     return AxisLimits(**{**even, **limits})
 
 
-def test_on_a_straight_way_the_schedule_is_a_profile() -> None:
+def test_on_a_straight_path_the_schedule_is_a_profile() -> None:
     """The way is 100, with half of 40/s^2 up and half of 20/s^2 down, below the highest speed.
 
     The peak follows from v^2 / 40 + v^2 / 20 = 100: v = 36.51. The steps of 25 round it a little.
@@ -210,7 +213,7 @@ def test_on_a_straight_way_the_schedule_is_a_profile() -> None:
 
 
 def test_a_schedule_is_slow_only_where_an_axis_would_be_fast() -> None:
-    """In the last quarter the axis has 9 times the rate: 100/s of the axis are 11/s of the way."""
+    """In the last quarter the axis moves 9 times as fast as the path, so 100/s allow 11/s."""
     places = [0, 25, 50, 75, 300]
     schedule = Schedule(100, 50, [_even(places=places, speed=100, up=1e6, down=1e6)])
     when = [next(t for t in range(10_000) if schedule.share(t / 1000) >= s) for s in (0.5, 0.75)]
@@ -218,8 +221,8 @@ def test_a_schedule_is_slow_only_where_an_axis_would_be_fast() -> None:
     assert schedule.seconds * 1000 - when[1] > 2000
 
 
-def test_a_schedule_is_slow_where_the_way_of_an_axis_bends() -> None:
-    """In the middle the axis stops, and its rate changes by 1 in 25, which is 0.04 each.
+def test_a_schedule_is_slow_where_an_axis_changes_its_rate() -> None:
+    """In the middle of the path an axis stops: its rate changes by 0.04 per unit of path.
 
     Half of 20/s^2 allows v^2 * 0.04 = 10 there, so v = 15.81.
     """

@@ -1,6 +1,7 @@
-"""PTP movements have the profile that follows from way, speed and acceleration.
+"""PTP movements have the profile that follows from distance, speed and acceleration.
 
-Expected times are by hand. The default axis has 1 000 000 pulses/s and 5 000 000 pulses/s^2.
+Expected times are calculated by hand. The default axis has 1 000 000 pulses/s and 5 000 000
+pulses/s^2.
 """
 
 from __future__ import annotations
@@ -31,30 +32,32 @@ def _seconds(data: tuple[int, ...], **config: Any) -> float:
 @pytest.mark.parametrize(
     ("data", "config", "seconds"),
     [
-        # 0.1 s up, 0.1 s at 500 000, 0.1 s down
+        # 0.1 s acceleration, 0.1 s at 500 000 pulses/s, 0.1 s deceleration
         pytest.param((0x0004, 0, 50, 19), {}, 0.300, id="50 %"),
-        # no constant phase: 2 * sqrt(100 000 / 5 000 000) = 0.2828 s
+        # no phase of constant speed: 2 * sqrt(100 000 / 5 000 000) = 0.2828 s
         pytest.param((0x0004, 0, 100, 19), {}, 0.285, id="100 %, triangle"),
-        # 0.02 s up, 0.98 s at 100 000, 0.02 s down
+        # 0.02 s acceleration, 0.98 s at 100 000 pulses/s, 0.02 s deceleration
         pytest.param((0x0002, 0, 1000, 19), {}, 1.020, id="direct 10.00 %"),
-        # 50 % of 20 % automatic speed
+        # the speed is 50 % of the automatic speed of 20 %
         pytest.param((0x0004, 0, 50, 19), {"auto_speed": 20}, 1.020, id="automatic speed 20 %"),
         pytest.param((0x0002, 0, 5000, 19), {"auto_speed": 20}, 0.300, id="direct is direct"),
         pytest.param((0, 0, 0, 19), {"program_speed": 50}, 0.300, id="program speed 50 %"),
-        # 0.2 s up and 0.1 s down leave 25 000 at 500 000: 0.05 s
+        # 0.2 s acceleration and 0.1 s deceleration leave 25 000 pulses at 500 000 pulses/s: 0.05 s
         pytest.param((0x0024, 0, 50, 19, 0, 0, 0, 0, 0, 50), {}, 0.350, id="acceleration 50 %"),
         pytest.param((0x0044, 0, 50, 19, 0, 0, 0, 0, 0, 0, 50), {}, 0.350, id="deceleration 50 %"),
         pytest.param((0x0004, 0, 50, 19), {"parameters": {"ACCEL": 50}}, 0.350, id="ACCEL 50 %"),
         pytest.param((0x0004, 0, 50, 19), {"parameters": {"DECEL": 50}}, 0.350, id="DECEL 50 %"),
     ],
 )
-def test_time_of_a_movement(data: tuple[int, ...], config: dict[str, Any], seconds: float) -> None:
+def test_a_movement_takes_the_calculated_time(
+    data: tuple[int, ...], config: dict[str, Any], seconds: float
+) -> None:
     """Rule: profile."""
     assert _seconds(data, **config) == pytest.approx(seconds + 0.005)
 
 
 def test_all_axes_start_and_end_together() -> None:
-    """With a symmetric profile, every axis has done half of its way after half the time.
+    """With a symmetric profile, every axis has moved half of its distance after half the time.
 
     Rule: profile.
     """
@@ -65,7 +68,7 @@ def test_all_axes_start_and_end_together() -> None:
     assert movement.duration_us == 300000
     movement.advance(150000, positions, {})
     assert positions == [50000, -25000, 7]
-    movement.advance(50000, positions, {})  # 5 000 000 / 2 * 0.05^2
+    movement.advance(50000, positions, {})  # distance in 0.05 s: 5 000 000 / 2 * 0.05^2
     assert positions == [6250, -3125, 7]
     movement.advance(250000, positions, {})
     assert positions == [93750, -46875, 7]
@@ -88,7 +91,7 @@ def test_a_movement_never_overshoots_and_never_turns_back() -> None:
     assert before == 99997
 
 
-def test_a_movement_without_a_way_is_done_at_once() -> None:
+def test_a_movement_of_length_0_ends_at_once() -> None:
     """Rule: profile."""
     movement = Movement(PtpPath([AxisMove(0, 5, 5, 1e6, 5e6, 5e6)]), start_us=10)
     positions = [5]
@@ -121,15 +124,15 @@ def test_an_axis_beyond_its_soft_limit_can_come_back(code: int, sign: int) -> No
     ("flags", "speed", "step"),
     [
         pytest.param(0x0004, 100, 500, id="100 %"),
-        pytest.param(0x0004, 50, 250, id="50 %: a half of what the slow axis lets it do, too"),
+        pytest.param(0x0004, 50, 250, id="50 %: half of the speed that the slow axis allows"),
         pytest.param(0x0006, 90, 450, id="90 mm/s"),
         pytest.param(0x0006, 200, 500, id="200 mm/s"),
     ],
 )
 def test_the_slowest_axis_limits_the_speed_of_the_tool(flags: int, speed: int, step: int) -> None:
-    """On a line at 60 degrees, the first axis, which can do 50 mm/s, does half of the way.
+    """On a line at 60 degrees, the first axis moves half of the distance.
 
-    So the tool does at most 100 mm/s, which is 0.5 mm in 5 ms.
+    It can move at 50 mm/s, so the tool moves at most at 100 mm/s, which is 0.5 mm in 5 ms.
 
     Rule: path-speed.
     """
@@ -159,7 +162,7 @@ def test_the_axes_that_carry_a_turning_hand_stay_within_their_limits() -> None:
 
 
 def test_a_movement_goes_on_without_anything_new_from_the_master() -> None:
-    """The movement may be within its tolerance, after its end status. Rule: arrival."""
+    """A movement continues to its target without a change of the master's data. Rule: arrival."""
     parameters = {"TOLE": 16_384}
     master = servos_on(points={19: WAY}, end_in_tolerance=True, parameters=parameters)
     master.send(0x0001, 0x0004, 0, 10, 19)

@@ -16,7 +16,7 @@ SEMI, MARK = Axis(start=700, type="semi_absolute"), Axis(start=700, origin_metho
 def _master(*axes: Axis, **config: Any) -> Master:
     """Return a master with servos on and axes at 700 pulses.
 
-    Each group of axes takes 200 ms to its origin.
+    A return-to-origin takes 200 ms for each group of axes.
     """
     return servos_on(axes=axes, origin_time=200, **config)
 
@@ -31,7 +31,9 @@ def _master(*axes: Axis, **config: Any) -> Master:
     ],
 )
 def test_each_origin_input_moves_its_axes(name: str, mode: str, positions: list[int]) -> None:
-    """A semi-absolute axis searches where it is and keeps its position.
+    """SI(14) and SI(17) move the axes of their types.
+
+    A semi-absolute axis searches its origin near its position.
 
     Rule: origin, origin-types, origin-model.
     Source: manual chapter 5, 2, SI(14) and SI(17)
@@ -43,7 +45,7 @@ def test_each_origin_input_moves_its_axes(name: str, mode: str, positions: list[
 
 
 @pytest.mark.parametrize(("clears", "shown"), [(True, False), (False, True)])
-def test_so11_during_a_return_to_origin(clears: bool, shown: bool) -> None:
+def test_a_key_decides_so11_during_a_return_to_origin(clears: bool, shown: bool) -> None:
     """Rule: origin-model."""
     master = _master(INCREMENTAL, origin_clears_complete=clears)
     master.turn_and_wait("SI14", True, 100)
@@ -54,7 +56,7 @@ def test_so11_during_a_return_to_origin(clears: bool, shown: bool) -> None:
 
 @pytest.mark.parametrize("clears", [True, False])
 def test_a_return_to_origin_that_is_stopped_is_not_complete(clears: bool) -> None:
-    """The stop is alarm 12.400. The axes that were to follow do not move.
+    """The stop is alarm 12.400. The axes of the second step do not move.
 
     Rule: origin-model, stop-alarm.
     """
@@ -110,7 +112,9 @@ def test_an_input_without_an_axis_to_move_does_nothing() -> None:
 
 
 @pytest.mark.parametrize(("loses", "complete"), [(True, [True, False, False]), (False, [True] * 3)])
-def test_which_axes_keep_their_origin_without_power(loses: bool, complete: list[bool]) -> None:
+def test_a_key_decides_which_axes_keep_their_origin_without_power(
+    loses: bool, complete: list[bool]
+) -> None:
     """Rule: origin-kept."""
     master = _master(ABSOLUTE, INCREMENTAL, SEMI, power_loses_origin=loses)
     master.robot.inject("power_cycle")
@@ -137,7 +141,7 @@ def test_a_second_input_during_a_return_to_origin_has_no_effect() -> None:
 
 @pytest.mark.parametrize("name", ["SI14", "SI17"])
 def test_while_an_axis_moves_no_return_to_origin_begins(name: str) -> None:
-    """Another movement or return-to-origin is running, and continues.
+    """The movement or return-to-origin that is already running continues.
 
     Rule: origin-model.
     """

@@ -1,4 +1,4 @@
-"""Profiles, curves, paths and coordinates are tested one by one, with figures by hand."""
+"""Profiles, curves, paths and coordinates have values that were calculated by hand."""
 
 from __future__ import annotations
 
@@ -12,9 +12,9 @@ from rcx_harness.robot.paths import ArchPath, AxisMove, CurvePath, Profile, PtpP
 
 
 def test_a_profile_accelerates_moves_and_brakes() -> None:
-    """A way of 100 at 50/s, with 100/s^2 up and 50/s^2 down, takes 0.5 s, 1.25 s and 1 s.
+    """A distance of 100 at 50/s, with 100/s^2 up and 50/s^2 down, takes 0.5 s, 1.25 s and 1 s.
 
-    These parts are 12.5, 62.5 and 25 long.
+    The three phases are 12.5, 62.5 and 25 long.
 
     Rule: profile.
     """
@@ -28,8 +28,11 @@ def test_a_profile_accelerates_moves_and_brakes() -> None:
     assert profile.share(9) == 1
 
 
-def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
-    """For a way of 100 with 200/s^2 up and down, half of the way takes 0.7071 s. Rule: profile."""
+def test_a_short_distance_has_no_phase_of_constant_speed() -> None:
+    """For a distance of 100 with 200/s^2 up and down, half of the distance takes 0.7071 s.
+
+    Rule: profile.
+    """
     profile = Profile.over(100, 1000, 200, 200)
     assert profile.even == pytest.approx(0)
     assert profile.up == profile.down == pytest.approx(math.sqrt(0.5))
@@ -40,13 +43,17 @@ def test_a_way_that_is_too_short_for_the_speed_has_no_even_part() -> None:
     ("share", "seconds"),
     [(0, 0), (0.03125, 0.25), (0.125, 0.5), (0.5, 1.25), (0.75, 1.75), (0.9375, 2.25), (1, 2.75)],
 )
-def test_when_a_part_of_the_way_is_done(share: float, seconds: float) -> None:
-    """The figures are those of the profile above, calculated backwards. Rule: profile."""
+def test_a_profile_gives_the_time_of_each_part_of_its_distance(
+    share: float, seconds: float
+) -> None:
+    """The profile returns the time at which a given distance is done. Rule: profile."""
     assert Profile.over(100, 50, 100, 50).when(share) == pytest.approx(seconds)
 
 
 def test_on_a_line_all_axes_are_in_proportion() -> None:
-    """The length is that of X, Y and Z, or of the other axes if these turn farther.
+    """The length of a line is that of X, Y and Z.
+
+    If other axes turn farther, their angle is the length.
 
     Rule: path-speed.
     """
@@ -91,7 +98,7 @@ def test_an_arc_may_lie_anywhere_in_space() -> None:
         pytest.param([(0, 0, 0), (1, 1, 1), (3, 3, 3)], id="on a line"),
         pytest.param([(0, 0, 0), (3, 3, 3), (1, 1, 1)], id="on a line, back"),
         pytest.param([(0, 0, 0), (0, 0, 0), (1, 2, 3)], id="the first is where the robot is"),
-        pytest.param([(0, 0, 0), (1, 2, 3), (1, 2, 3)], id="first and second are one"),
+        pytest.param([(0, 0, 0), (1, 2, 3), (1, 2, 3)], id="first and second point are equal"),
         pytest.param([(0, 0, 0), (1, 2, 3), (0, 0, 0)], id="the second is where the robot is"),
         pytest.param([(0, 0, 0, 0), (0, 0, 0, 5), (0, 0, 0, 9)], id="X, Y and Z stand still"),
         pytest.param([(1,), (2,), (5,)], id="a robot with one axis"),
@@ -111,8 +118,8 @@ def _move(start: int, target: int, axis: int = 2) -> AxisMove:
 def test_the_arch_axis_goes_first_and_comes_down_last() -> None:
     """The arch axis rises by 200 in 2 s.
 
-    The other axes (300 in 3 s) start when it has risen by 50, at 0.5 s, and arrive at 3.5 s. At
-    that time, the arch axis must have 60 of its way down (150) left, so it has done 90 in 0.9 s. It
+    The other axes (300 in 3 s) start when it has risen by 50, at 0.5 s, and arrive at 3.5 s. At 3.5
+    s the arch axis must have 60 of its 150 down left, so it has moved 90 in 0.9 s. It therefore
     leaves at 2.6 s and arrives at 4.1 s.
 
     Rule: arch-motion.
@@ -133,12 +140,12 @@ def test_the_arch_axis_goes_first_and_comes_down_last() -> None:
 @pytest.mark.parametrize(
     ("distance1", "distance2", "others_start", "arch_leaves"),
     [
-        pytest.param(500, 60, 2.0, 4.1, id="distance 1 is longer than the way up"),
-        pytest.param(200, 500, 2.0, 5.0, id="distance 2 is longer than the way down"),
+        pytest.param(500, 60, 2.0, 4.1, id="distance 1 is longer than the rise"),
+        pytest.param(200, 500, 2.0, 5.0, id="distance 2 is longer than the descent"),
         pytest.param(0, 0, 0.0, 2.0, id="no distances: it leaves the arch position at once"),
     ],
 )
-def test_arch_distances_that_are_longer_than_the_ways(
+def test_arch_distances_may_be_longer_than_rise_and_descent(
     distance1: int, distance2: int, others_start: float, arch_leaves: float
 ) -> None:
     """Distance 2 never makes the arch axis leave before it has reached the arch position.
@@ -153,7 +160,7 @@ def test_arch_distances_that_are_longer_than_the_ways(
     assert path.at(arch_leaves + 0.1)[2] == pytest.approx(190, abs=1e-3)
 
 
-def test_an_arch_without_any_way_ends_at_once() -> None:
+def test_an_arch_movement_of_length_0_ends_at_once() -> None:
     """Rule: arch-motion."""
     path = ArchPath(_move(5, 5), _move(5, 5), PtpPath([]), 10, 10)
     assert path.seconds == 0
@@ -177,7 +184,7 @@ def test_a_path_on_a_curve_moves_the_axes_that_take_part() -> None:
 SHIFTED = Frame((1000, 500, 100, 1000, 10), shift=(1_000, 2_000, 3_000, 90_000))
 
 
-def test_pulses_are_millimetres_by_a_factor_for_each_axis() -> None:
+def test_each_axis_has_its_own_factor_from_pulses_to_millimetres() -> None:
     """Rule: coordinates."""
     frame = Frame((1000, 2000))
     assert frame.to_mm((1_500, -3_000)) == (1_500, -1_500)
@@ -185,7 +192,7 @@ def test_pulses_are_millimetres_by_a_factor_for_each_axis() -> None:
 
 
 def test_a_shift_moves_and_turns_the_coordinates() -> None:
-    """The axes are at X 1, Y 12, Z 5 mm, which is 10 mm along the shifted X and 2 mm along its Z.
+    """The axes are at X 1, Y 12, Z 5 mm. In the shifted coordinates, this is X 10 mm and Z 2 mm.
 
     Rule: coordinates.
     """
@@ -202,7 +209,10 @@ def test_a_shift_moves_and_turns_the_coordinates() -> None:
     ],
 )
 def test_the_tool_is_at_the_end_of_the_hand(on_r: bool, mm: tuple[int, ...]) -> None:
-    """The hand of the manual's example has 10.000, -2.000 and 5.000 mm. Rule: coordinates."""
+    """The hand of the guide's example is 10.000, -2.000 and 5.000 mm long in X, Y and Z.
+
+    Rule: coordinates.
+    """
     frame = Frame((1000,) * 4, hand=(10_000, -2_000, 5_000), on_r=on_r)
     assert frame.to_mm((0, 0, 0, 90_000)) == pytest.approx(mm)
     assert frame.to_pulses(mm) == pytest.approx((0, 0, 0, 90_000), abs=1e-6)
@@ -225,8 +235,8 @@ def test_pulses_come_back_from_millimetres(axes: int, on_r: bool) -> None:
     assert frame.to_pulses(frame.to_mm(pulses)) == pytest.approx(pulses)
 
 
-def test_a_way_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
-    """In the shifted coordinates R is 30 degrees, so that (10, 0) mm is (8.660, 5) there.
+def test_a_distance_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
+    """In the shifted coordinates R is 30 degrees, so (10, 0) mm of the tool is (8.660, 5) mm.
 
     Rule: coordinates.
     """
@@ -240,7 +250,7 @@ def test_a_way_in_tool_coordinates_turns_with_a_hand_on_the_r_axis() -> None:
 
 
 def test_a_path_that_passes_its_target_on_the_way_is_not_done_there() -> None:
-    """A path is not done when it passes its target.
+    """A path does not end when it passes its target on the way.
 
     Examples are an arc that begins beside its end, and an arch axis that rises past its target.
 

@@ -1,4 +1,4 @@
-"""Robot programs read and write the ports (chapter 3, 2), tested step by step."""
+"""Steps of robot programs read and write the ports (chapter 3, 2)."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from structured_text.errors import InputError
 
 
 def run_steps(*steps: str, **config: Any) -> Master:
-    """Return a robot that has just received the order to run these steps once."""
+    """Return a robot that has just been started with a program of these steps, which runs once."""
     program = RobotProgram(steps=steps, loop=False)
     master = powered_up(programs=(program,), program_start_delay=0, **config)
     master.turn_and_wait("SI12", True, 20)
@@ -83,7 +83,7 @@ def test_a_program_waits_for_an_input_then_goes_on() -> None:
 
 
 def test_delays_and_pulses_take_their_time() -> None:
-    """OUT with a time turns its output OFF again while the program continues.
+    """OUT with a time turns its output OFF after this time, while the program continues.
 
     Rule: program-length.
     """
@@ -111,7 +111,7 @@ def test_a_program_that_never_waits_leaves_time_for_the_others() -> None:
 
 
 @pytest.mark.parametrize(("knob", "at_rest"), [(True, 5), (False, 0)])
-def test_words_shared_with_the_response(knob: bool, at_rest: int) -> None:
+def test_words_of_the_program_are_shared_with_the_response(knob: bool, at_rest: int) -> None:
     """While a status is shown, SOW(2) is the response. Otherwise it is the program's word.
 
     Rule: shared-words.

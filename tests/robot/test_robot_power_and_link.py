@@ -120,7 +120,9 @@ def test_a_power_on_alarm_is_there_after_the_boot() -> None:
 
 @pytest.mark.parametrize("names", [("SI15",), ("SI00", "SI06", "SI15")])
 def test_the_image_of_the_very_first_cycle_has_levels_only(names: tuple[str, ...]) -> None:
-    """The controller has booted and the master is there before this cycle, so there is no edge.
+    """In the first cycle the controller has booted and the master is connected.
+
+    Inputs that are ON count as levels, not as edges.
 
     Rule: link-first-image.
     """

@@ -1,4 +1,4 @@
-"""Motor power, main power and power cycles end some things, and others stay."""
+"""Effects of motor power, main power and power cycles on programs, movements, data and outputs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ POINT_1 = (0x0100, 0, 1, 0, 0x86A0, 0x0001)
 
 
 def _states(master: Master) -> tuple[int, ...]:
-    """Return the servo status reference of axes 1 to 4."""
+    """Return the servo states of axes 1 to 4, as the servo status command reads them."""
     return master.execute(0x1503)[2:6]
 
 
@@ -68,7 +68,7 @@ def test_a_movement_ends_with_the_main_power(programs: bool) -> None:
 
 @pytest.mark.parametrize(("alarm", "expected"), [("", []), ("17.1", ["17.1"])])
 def test_the_loss_of_main_power_may_be_an_alarm(alarm: str, expected: list[str]) -> None:
-    """Repeated events cause a single alarm. The return of power causes none. Rule: main-power."""
+    """A loss of main power is a single alarm, even if the event is repeated. Rule: main-power."""
     master = powered_up(main_power_alarm=alarm)
     for event in ("main_power_off", "main_power_off", "main_power_on"):
         master.robot.inject(event)
@@ -88,8 +88,13 @@ _SERVOS_OFF: dict[str, Callable[[Master], None]] = {
 
 @pytest.mark.parametrize(("knob", "state"), [(True, BRAKE), (False, FREE)])
 @pytest.mark.parametrize("off", _SERVOS_OFF)
-def test_a_free_axis_when_all_servos_go_off(off: str, knob: bool, state: int) -> None:
-    """With either setting, all other axes are braked. Rule: free-axes."""
+def test_a_key_decides_whether_a_free_axis_is_braked_when_all_servos_go_off(
+    off: str, knob: bool, state: int
+) -> None:
+    """A free axis stays free or is braked.
+
+    All other axes are braked in both cases. Rule: free-axes.
+    """
     master = servos_on(servo_off_brakes_free_axes=knob)
     _send(master, 0x0036, 0, 0x0008)  # servo free of axis 4, as in the guide's example of 4.2.13
     assert _states(master) == (SERVO, SERVO, SERVO, FREE)
@@ -116,7 +121,7 @@ def test_motor_power_off_and_power_off_lock_every_brake(knob: bool) -> None:
 
 
 def _pattern(master: Master, kind: int, port: int) -> int:
-    """Return the I/O port reference (guide, 4.5.1).
+    """Return the value of an I/O port, as the port command reads it (guide, 4.5.1).
 
     The kinds are DI 0, DO 1, MO 2, LO 3, TO 4 and SO 6.
     """
@@ -124,8 +129,10 @@ def _pattern(master: Master, kind: int, port: int) -> int:
 
 
 @pytest.mark.parametrize(("clears", "kept"), [(True, 0x00), (False, 0x01)])
-def test_outputs_at_power_on(clears: bool, kept: int) -> None:
-    """DO and SO are always OFF. The knob sets the state of MO, LO and TO.
+def test_a_key_decides_which_outputs_survive_power_on(clears: bool, kept: int) -> None:
+    """DO and SO are always OFF after power-on.
+
+    A key decides whether MO, LO and TO keep their states.
 
     Rule: internal-outputs, outputs-kept.
     """
@@ -144,10 +151,10 @@ def test_outputs_at_power_on(clears: bool, kept: int) -> None:
     ("clears", "integer", "real"),
     [(False, (7, 0), (0x0000, 0x40E0)), (True, (0, 0), (0, 0))],
 )
-def test_static_variables_at_power_on(
+def test_a_key_decides_whether_static_variables_survive_power_on(
     clears: bool, integer: tuple[int, int], real: tuple[int, int]
 ) -> None:
-    """SGI30 and SGR2 are variables 30 and 258; 7.0 is 16#40E00000.
+    """The test writes 7 to SGI30 and 7.0 to SGR2 (16#40E00000), which are variables 30 and 258.
 
     Rule: static-variables. Source: remote command guide 4.4.1.
     """
@@ -162,7 +169,10 @@ def test_static_variables_at_power_on(
 
 
 def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
-    """The inputs belong to the surroundings, like switches and stops. Rule: power-on-state."""
+    """A power cycle does not change them, because external devices set these inputs.
+
+    Rule: power-on-state.
+    """
     master = powered_up(parallel_io="valid")
     master.robot.inject("parallel_input", port=20, on=1)
     master.robot.inject("parallel_stop")
@@ -187,7 +197,7 @@ def test_inputs_of_the_parallel_board_stay_through_a_power_cycle() -> None:
 
 
 def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
-    """Messages are read as before. Programs are at their first line, and their variables are 0.
+    """The alarm history stays. Programs are at their first line, and their variables are 0.
 
     Rule: power-cycle.
     """
@@ -210,7 +220,9 @@ def test_a_power_cycle_ends_alarms_and_warning_and_keeps_the_history() -> None:
 
 @pytest.mark.parametrize(("knob", "warning"), [(False, True), (True, False)])
 @pytest.mark.parametrize("by_command", [False, True])
-def test_an_alarm_reset_and_a_warning(knob: bool, warning: bool, by_command: bool) -> None:
+def test_a_key_decides_whether_an_alarm_reset_clears_a_warning(
+    knob: bool, warning: bool, by_command: bool
+) -> None:
     """Rule: warning-reset."""
     master = powered_up(reset_clears_warning=knob)
     master.robot.inject("warning")
@@ -222,7 +234,9 @@ def test_an_alarm_reset_and_a_warning(knob: bool, warning: bool, by_command: boo
 
 
 @pytest.mark.parametrize(("alarms", "ok"), [((), True), (("12.900",), False)])
-def test_cpu_ok_with_a_serious_alarm(alarms: tuple[str, ...], ok: bool) -> None:
+def test_only_alarms_of_cpu_fault_alarms_switch_cpu_ok_off(
+    alarms: tuple[str, ...], ok: bool
+) -> None:
     """Rule: cpu-ok."""
     master = powered_up(cpu_fault_alarms=alarms)
     master.robot.inject("alarm")

@@ -26,7 +26,7 @@ def test_program_reset_and_start_need_auto_mode() -> None:
 
 
 def test_an_emergency_stop_stops_the_program() -> None:
-    """After that, the program needs an alarm reset and servo ON to run again.
+    """After the emergency stop, the program runs again only after an alarm reset and servo ON.
 
     Rule: program-emergency.
     Source: manual chapter 5, 3.3, note
@@ -46,7 +46,7 @@ def test_an_emergency_stop_stops_the_program() -> None:
 
 
 def test_a_program_that_does_not_loop_ends_after_its_duration() -> None:
-    """The duration does not include a stop. Rule: program-length."""
+    """Time in a stop does not count for the duration. Rule: program-length."""
     program = RobotProgram(duration=500, loop=False)
     master = servos_on(programs=(program,), program_start_delay=0, program_stop_delay=0)
     master.turn_and_wait("SI12", True, 200)
@@ -63,7 +63,9 @@ def test_a_program_that_does_not_loop_ends_after_its_duration() -> None:
     ("config", "running"),
     [({}, True), ({"program_needs_servo": True}, False)],
 )
-def test_whether_a_program_needs_the_servos(config: dict[str, Any], running: bool) -> None:
+def test_a_key_decides_whether_a_program_needs_the_servos(
+    config: dict[str, Any], running: bool
+) -> None:
     """Rule: program-servo."""
     master = powered_up(**config)
     master.pulse("SI12")
@@ -71,7 +73,7 @@ def test_whether_a_program_needs_the_servos(config: dict[str, Any], running: boo
 
 
 @pytest.mark.parametrize(("knob", "running"), [(False, True), (True, False)])
-def test_program_reset_while_running(knob: bool, running: bool) -> None:
+def test_a_key_decides_whether_a_running_program_can_be_reset(knob: bool, running: bool) -> None:
     """Rule: program-reset-running."""
     master = powered_up(reset_while_running=knob)
     master.pulse("SI12")

@@ -1,4 +1,4 @@
-"""The list of rules is complete: its knobs exist, and every rule is named by a test."""
+"""The list of rules is complete: the keys in it exist, and a test names every rule."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from rcx_tools.docs.fidelity import fidelity_page
 from structured_text.errors import InputError
 
 HERE = Path(__file__).parent
-#: Keys that describe a robot and assume nothing.
+#: Keys that only describe a robot, so no rule is needed for them.
 PLAIN = {"size", "work_areas"}
 
 
@@ -80,7 +80,7 @@ def test_every_key_is_in_one_section_and_the_page_shows_it_there() -> None:
 
 
 def test_the_sections_can_be_read_each_by_itself() -> None:
-    """A configuration is one object. `RobotConfig(knob=...)` and `config.knob` need no section."""
+    """`RobotConfig(key=...)` and `config.key` work without the name of the key's section."""
     config = RobotConfig(servo_on_delay=10.0, busy_alarm="6.7")
     assert all(isinstance(config, section) for section in SECTIONS)
     assert (config.servo_on_delay, config.busy_alarm, config.size) == (10.0, "6.7", 48)

@@ -1,4 +1,4 @@
-"""The drawing of a robot has arms and limits, points, pallets and work areas, and its pose."""
+"""The data for the drawing of a robot: arms, limits, points, pallets, work areas and the pose."""
 
 from __future__ import annotations
 
@@ -73,10 +73,12 @@ def test_a_shape_has_arms_limits_and_what_the_robot_file_names(tmp_path: Path) -
     first, _, third, _ = scara["axes"]
     assert [one["unit"] for one in scara["axes"]] == ["deg", "deg", "mm", "deg"]
     assert (first["low"], third["low"], third["high"]) == (-132, 0, 150)
-    assert first["high"] == pytest.approx(90.85, abs=0.01)  # 261157 + 2475.5, at 2901.75 a degree
+    # (261157 + 2475.5) pulses, at 2901.75 pulses per degree
+    assert first["high"] == pytest.approx(90.85, abs=0.01)
     points = {one["number"]: one for one in scara["points"]}
     assert points[1] == {"number": 1, "name": "FEEDER", "mm": [100.5, 200.0, 30.0, 45.0]}
-    assert points[2]["joints"][0] == pytest.approx(0.853, abs=0.001)  # 2475.5, at 2901.75 a degree
+    # 2475.5 pulses, at 2901.75 pulses per degree
+    assert points[2]["joints"][0] == pytest.approx(0.853, abs=0.001)
     corners = [[0, 300, 0], [20, 300, 0], [20, 320, 0], [0, 320, 0]]
     places = [[0, 300, 0], [20, 300, 0], [0, 320, 0], [20, 320, 0]]
     assert scara["pallets"] == [{"number": 3, "corners": corners, "places": places}]
@@ -89,13 +91,13 @@ def test_a_shape_has_arms_limits_and_what_the_robot_file_names(tmp_path: Path) -
     assert limits == [("mm", 0, 650), ("mm", 0, 450), ("mm", 0, 150)]
 
 
-def test_a_robot_without_a_type_is_its_axes_and_their_limits() -> None:
+def test_the_shape_of_a_robot_without_a_model_has_only_axes_and_limits() -> None:
     (shape,) = shapes(Controller())
     assert (set(shape), shape["kind"]) == ({"robot", "kind", "axes"}, "axes")
     assert [(one["low"], one["high"]) for one in shape["axes"]] == [(-1000, 1000)] * 4
 
 
-def test_a_pose_has_what_differs_from_the_start(tmp_path: Path) -> None:
+def test_a_pose_lists_only_values_that_differ_from_the_start(tmp_path: Path) -> None:
     controller = load(tmp_path, _FILE)
     controller.positions[1] = 100_000
     assert poses(controller) == [{}, {}]
@@ -109,7 +111,7 @@ def test_a_pose_has_what_differs_from_the_start(tmp_path: Path) -> None:
 
 
 def test_a_hand_beside_the_r_axis_has_its_angle_in_degrees(tmp_path: Path) -> None:
-    """Data 1 is in pulses of axis 2, here 2923.9 pulses a degree.
+    """Data 1 is in pulses of axis 2, which has 2923.9 pulses per degree.
 
     Source: remote command guide 4.3.5.
     """
@@ -119,7 +121,7 @@ def test_a_hand_beside_the_r_axis_has_its_angle_in_degrees(tmp_path: Path) -> No
     assert poses(controller) == [{"hand": [10, 40, 5, 0]}]
 
 
-def test_of_many_points_the_first_are_drawn(tmp_path: Path) -> None:
+def test_only_the_first_points_are_drawn_if_there_are_too_many(tmp_path: Path) -> None:
     text = 'robot = "SXYX"\n' + "".join(
         f"[points.{k}]\nmm = [{k}]\n" for k in range(MOST_POINTS + 5)
     )
@@ -127,7 +129,7 @@ def test_of_many_points_the_first_are_drawn(tmp_path: Path) -> None:
     assert [one["number"] for one in shape["points"]] == list(range(MOST_POINTS))
 
 
-def test_of_pallets_so_many_positions_are_drawn_as_of_points(tmp_path: Path) -> None:
+def test_pallet_positions_are_drawn_up_to_the_limit_for_points(tmp_path: Path) -> None:
     """The first pallet has 200 positions. The second pallet is cut at the limit for all points."""
     text = "".join(f"[points.{k}]\nmm = [{k}, {k}]\n" for k in range(1, 6))
     text += "".join(f"[pallets.{k}]\npositions = [20, 10, 1]\nfirst_point = 1\n" for k in (1, 2))
@@ -150,7 +152,7 @@ def test_of_pallets_so_many_positions_are_drawn_as_of_points(tmp_path: Path) -> 
         ('[work_areas]\n"a\\tb" = [[1, 2], [3, 4]]', 1),
     ],
 )
-def test_a_work_area_is_two_corners(tmp_path: Path, given: str, line: int) -> None:
+def test_a_work_area_needs_two_corners(tmp_path: Path, given: str, line: int) -> None:
     with pytest.raises(InputError, match="'work_areas") as caught:
         load(tmp_path, given)
     assert caught.value.line == line

@@ -62,7 +62,7 @@ def test_servo_on_from_emergency_stop_goes_over_the_alarm_reset() -> None:
 
 
 def test_an_emergency_stop_ends_a_servo_on_that_is_not_yet_answered() -> None:
-    """The servo on does not continue by itself after the alarm reset.
+    """After the alarm reset, the servos stay OFF until the next edge of SI(01).
 
     Rule: emergency-stop, answers.
     Source: manual chapter 5, 3.1
@@ -85,7 +85,7 @@ def test_the_alarm_reset_needs_a_released_emergency_stop(knob: bool, alarm: bool
     assert master.on("SO03") is alarm
 
 
-def test_servo_on_with_an_alarm_is_a_knob() -> None:
+def test_a_key_decides_whether_servo_on_works_with_an_alarm() -> None:
     """Rule: servo-needs-reset."""
     master = servos_on(servo_on_with_alarm=True)
     master.drop("SI00")
@@ -119,10 +119,12 @@ def _lose_link(master: Master) -> None:
 
 @pytest.mark.parametrize("stop", [_turn_off, _lose_link])
 @pytest.mark.parametrize(("knob", "ready"), [(True, True), (False, False)])
-def test_mp_ready_in_emergency_stop(
+def test_a_key_decides_mp_ready_in_an_emergency_stop(
     stop: Callable[[Master], None], knob: bool, ready: bool
 ) -> None:
-    """Read literally, SO(04) is OFF as long as SO(03) is ON, also after the release.
+    """In the literal reading of the manual, SO(04) is OFF while SO(03) is ON.
+
+    A key selects this reading.
 
     Rule: mp-ready, link-loss-alarm.
     Source: manual chapter 5, 2, SO(03) and SO(04); 3.1, shift to emergency stop
@@ -196,7 +198,7 @@ def test_delays_given_as_a_range_come_from_the_seed() -> None:
             master.run(5)
             if master.on("SO02"):
                 return 5 * count
-        raise AssertionError("the servo on gets no answer")
+        raise AssertionError("the alarm ends the servo on before its answer")
 
     times = [answer_ms(seed) for seed in range(8)]
     assert times == [answer_ms(seed) for seed in range(8)]

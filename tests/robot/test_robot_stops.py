@@ -38,7 +38,9 @@ def test_an_emergency_stop_again_before_its_release_is_answered_is_one(
     first: tuple[Callable[[Master], None], ...],
     again: tuple[Callable[[Master], None], ...],
 ) -> None:
-    """SO(00) stays ON, and the release time counts from the last release.
+    """An emergency stop comes again before its release is answered.
+
+    SO(00) stays ON, and the release time counts from the last release.
 
     Rule: emergency-stop, emergency-release, answers.
     Source: manual chapter 5, 3.1, shift to emergency stop
@@ -53,7 +55,7 @@ def test_an_emergency_stop_again_before_its_release_is_answered_is_one(
     first[1](master)
     master.run(150)
     again[0](master)
-    for _ in range(30):  # in these cycles the first release would be answered
+    for _ in range(30):  # the answer to the first release would come in these cycles
         master.run(5)
         assert master.on("SO00")
     again[1](master)
@@ -87,7 +89,9 @@ def test_both_emergency_stops_must_be_released() -> None:
 
 
 def test_an_emergency_stop_whose_alarm_was_reset_is_an_alarm_again_when_it_comes_again() -> None:
-    """The configuration allows a reset before the release.
+    """A key allows the alarm reset before the release.
+
+    If the emergency stop then comes again, it is a new alarm.
 
     Rule: emergency-stop, reset-after-release.
     """
@@ -115,7 +119,7 @@ _STOPS: dict[str, Callable[[Master], None]] = {
 @pytest.mark.parametrize("by_command", [False, True])
 @pytest.mark.parametrize("stop", _STOPS)
 def test_a_stop_takes_back_a_start_that_is_not_answered(stop: str, by_command: bool) -> None:
-    """A short stop is enough. The program does not start by itself after it.
+    """Even a short stop cancels the start. The program does not start by itself after the stop.
 
     Rule: start-withdrawn, program-stop.
     Source: manual chapter 5, 3.3: Turn OFF to stop the robot program
@@ -164,7 +168,7 @@ def test_a_stop_that_an_emergency_stop_overtakes_does_not_stop_the_next_start() 
 
 @pytest.mark.parametrize("name", ["SI01", "SI12"])
 def test_an_alarm_before_the_answer_takes_the_request_back(name: str) -> None:
-    """Any alarm before the answer ends the request, even an alarm that leaves the servos on.
+    """Any alarm before the answer cancels the request, even an alarm that leaves the servos on.
 
     Rule: alarm-stops, answers.
     """
@@ -224,8 +228,10 @@ def test_a_stopped_return_to_origin_is_one_alarm(command: int) -> None:
 
 
 @pytest.mark.parametrize(("knob", "runs"), [(False, True), (True, False)])
-def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None:
-    """A stop never ends it. The knob decides whether an emergency stop does.
+def test_a_key_decides_whether_an_emergency_stop_ends_the_sequence_program(
+    knob: bool, runs: bool
+) -> None:
+    """A stop never ends the sequence program. A key decides whether an emergency stop ends it.
 
     Rule: sequence-program.
     """
@@ -244,8 +250,12 @@ def test_a_sequence_program_in_an_emergency_stop(knob: bool, runs: bool) -> None
     ("auto", "starts_in_manual", "stops_in_manual"),
     [(True, False, True), (False, True, True), (False, True, False)],
 )
-def test_programs_and_the_mode(auto: bool, starts_in_manual: bool, stops_in_manual: bool) -> None:
-    """SI(12) and the command have the same setting. The program reset always needs AUTO mode.
+def test_a_key_decides_whether_programs_need_auto_mode(
+    auto: bool, starts_in_manual: bool, stops_in_manual: bool
+) -> None:
+    """A key decides whether a start needs AUTO mode, for SI(12) and for the command.
+
+    The program reset always needs AUTO mode.
 
     Rule: program-mode, manual-mode, program-reset.
     Source: manual chapter 5, 2, SI(15)
@@ -304,7 +314,7 @@ def test_a_start_before_the_answer_to_a_reset_prevents_it(knob: bool, runs: bool
 
 @pytest.mark.parametrize("stop", ["SI06", "SI00", "terminal"])
 def test_a_movement_by_command_that_is_stopped_is_one_entry_in_the_history(stop: str) -> None:
-    """If an alarm is already active, the command that it ends does not record it again.
+    """A command that is ended by an active alarm does not record this alarm again.
 
     Rule: history, command-alarms, stop-in-motion.
     Source: remote command guide chapter 1, 1.2, code 0x4000

@@ -24,7 +24,7 @@ def _running(**config: Any) -> Master:
 
 
 def _started(*programs: RobotProgram) -> Master:
-    """Return a robot with these programs, after the start of the first, its main program."""
+    """Return a robot with these programs, after the start of the first program."""
     master = powered_up(programs=programs)
     master.pulse("SI12")
     return master
@@ -42,7 +42,7 @@ def _states(master: Master) -> list[str]:
         ({"main_ends_tasks": True}, False, ["ended", "ended"]),
     ],
 )
-def test_so13_after_the_main_program(
+def test_so13_and_the_other_tasks_after_the_end_of_the_main_program(
     knobs: dict[str, bool], shown: bool, states: list[str]
 ) -> None:
     """Rule: tasks."""
@@ -116,7 +116,7 @@ def test_halt_ends_all_tasks() -> None:
 
 
 def test_a_task_that_was_started_by_a_later_one_begins_with_the_next_cycle() -> None:
-    """The started task begins in the next cycle, even if no other task does anything.
+    """A task that a later task starts begins in the next cycle, even if nothing else happens.
 
     Rule: tasks.
     """
@@ -226,8 +226,8 @@ def test_a_program_reset_ends_the_time_of_out_and_the_output_stays() -> None:
 
 
 @pytest.mark.parametrize("shown", [True, False])
-def test_a_program_reset_asked_for_while_a_task_runs_does_not_wait_for_its_end(shown: bool) -> None:
-    """A program reset during a task is not executed later, whether SO(13) shows the task or not.
+def test_a_program_reset_during_a_task_is_not_executed_after_its_end(shown: bool) -> None:
+    """A program reset that comes while a task runs is never executed later.
 
     Rule: program-reset-running, tasks.
     """
@@ -252,7 +252,9 @@ def test_halt_ends_suspended_tasks_too() -> None:
 
 
 def test_a_program_that_loops_does_its_steps_again_and_again_at_the_same_pace() -> None:
-    """The output is ON for 100 ms and OFF for 200 ms. Each repetition ends with a cycle of 5 ms.
+    """The program switches the output ON for 100 ms and OFF for 200 ms.
+
+    Each repetition takes one more cycle of 5 ms.
 
     Rule: tasks.
     """

@@ -15,7 +15,7 @@ def _plc() -> PlcBench:
     return plc
 
 
-def test_alarm_reset_input_alarm_off_then_the_input_is_taken_back() -> None:
+def test_the_alarm_reset_input_is_reset_after_the_alarm_is_off() -> None:
     """Source: manual chapter 5, 3.1, servo ON process from emergency stop status, steps 3 to 5."""
     plc = _plc()
     plc.change("AlarmReset.Execute", to=True, scans=30)
@@ -27,8 +27,11 @@ def test_alarm_reset_input_alarm_off_then_the_input_is_taken_back() -> None:
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_without_an_alarm_the_input_goes_out_all_the_same() -> None:
-    """A warning, or an alarm that comes in the same moment, is reset, too."""
+def test_without_an_alarm_the_reset_input_is_also_sent() -> None:
+    """Without an alarm, the reset input is sent as well.
+
+    It also resets a warning, or an alarm that begins at this moment.
+    """
     plc = _plc()
     plc.outputs(SO03=False)
     plc.change("AlarmReset.Execute", to=True)

@@ -20,9 +20,9 @@ def _shown(plc: PlcBench) -> tuple[object, ...]:
 
 
 def test_auto_mode_changeover_process() -> None:
-    """The steps are the AUTO switch and the lock, the status output, and the control authority.
+    """The block waits for the AUTO switch, the lock, the status output and the authority.
 
-    The switch is at the SAFETY connector, the lock at the programming box.
+    The switch is at the SAFETY connector, the lock is at the programming box.
 
     Source: manual chapter 5, 3.2, AUTO mode changeover process.
     """
@@ -86,7 +86,7 @@ def test_without_enable_nothing_is_shown() -> None:
     assert _shown(plc) == ("Busy", 0, "AUTO_NOT_SELECTED"), "the earlier state has no effect"
 
 
-def test_it_touches_no_dedicated_input() -> None:
+def test_auto_mode_changes_no_dedicated_input() -> None:
     """Source: manual chapter 5, 3.2, AUTO mode changeover process."""
     plc = sequences()
     plc.outputs(SO10=False)

@@ -30,7 +30,7 @@ def test_program_execution_process() -> None:
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_the_reset_status_alone_is_no_confirmation() -> None:
+def test_the_reset_status_alone_does_not_confirm_the_start() -> None:
     """Source: manual chapter 5, 3.2, program execution process, step 3: SO(13) confirms."""
     plc = _plc()
     plc.change("AutoStart.Execute", to=True, scans=3)
@@ -38,7 +38,7 @@ def test_the_reset_status_alone_is_no_confirmation() -> None:
     assert plc["AutoStart.Busy"]
 
 
-def test_the_stop_input_comes_back_on_before_the_start() -> None:
+def test_the_stop_input_turns_on_before_the_start() -> None:
     """Source: manual chapter 5, 3.3, program execution after stopping program with stop input."""
     plc = _plc()
     plc.change("StopOk", to=False, scans=20)

@@ -1,4 +1,7 @@
-"""Sequence blocks alone, in calls that are rare in a whole program: holds and limits."""
+"""Sequence blocks are run alone, in situations that are rare in a whole program.
+
+The tests concern holds of the stop inputs, and time limits.
+"""
 
 from __future__ import annotations
 
@@ -19,26 +22,27 @@ _STOPS = pytest.mark.parametrize(
 
 
 def _alone(block: str) -> Alone:
-    """Return a block with link and CPU_OK, and all other dedicated outputs OFF."""
+    """Return a sequence block with link and CPU_OK, and all other dedicated outputs OFF."""
     alone = Alone(block, {"Robot": "RCX_REF"})
     alone["Robot.Connected"] = alone["Robot.SO.SO01_CpuOk"] = True
     return alone
 
 
 def _pulse(alone: Alone) -> None:
-    """Set Execute for one scan."""
+    """Set Execute to TRUE for one scan."""
     alone["Block.Execute"] = True
     alone.scan(0)
     alone["Block.Execute"] = False
 
 
 @_STOPS
-def test_a_stop_holds_in_every_call_up_to_the_one_that_ends_it(
+def test_a_stop_sets_its_hold_in_every_call_until_its_end(
     block: str, hold: str, keep: str, wire: str
 ) -> None:
-    """A block that was called before has released the hold in this scan.
+    """A stop block sets its hold in every call until its end, even in the call that ends it.
 
-    The loss of the link ends the job.
+    A block that was called before has released the hold in this scan. The loss of the link ends the
+    stop block.
 
     Source: manual chapter 5, 3.1 and 3.3; heads of FB_EmergencyStop and FB_ProgramStop.
     """
@@ -60,10 +64,13 @@ def test_a_stop_holds_in_every_call_up_to_the_one_that_ends_it(
 
 
 @_STOPS
-def test_a_stop_tells_at_once_that_the_cpu_is_down(
+def test_a_stop_reports_at_once_that_cpu_ok_is_off(
     block: str, hold: str, keep: str, wire: str
 ) -> None:
-    """The input of the stop may still be ON. Source: manual chapter 5, 2, SO(01)."""
+    """A stop block reports at once that CPU_OK is OFF, even if its input is still ON.
+
+    Source: manual chapter 5, 2, SO(01).
+    """
     del hold, keep
     alone = _alone(block)
     alone[f"Robot.SI.{wire}"] = True
@@ -74,7 +81,7 @@ def test_a_stop_tells_at_once_that_the_cpu_is_down(
 
 
 def test_an_emergency_stop_is_not_done_before_its_input_is_off() -> None:
-    """The controller is in another emergency stop.
+    """In another emergency stop, the block is not done before its own input is OFF.
 
     Source: manual chapter 5, 3.1, shift to emergency stop, step 1.
     """
@@ -88,8 +95,10 @@ def test_an_emergency_stop_is_not_done_before_its_input_is_off() -> None:
     assert alone["Block.Done"] is True
 
 
-def test_a_program_that_ended_before_the_stop_input_went_off_needs_no_interval() -> None:
-    """SO(13) was ON at the start of the job.
+def test_a_program_that_ended_before_the_stop_input_is_off_needs_no_wait() -> None:
+    """If the program ends before the stop input turns OFF, the block does not wait.
+
+    SO(13) was ON at the start of the job.
 
     Source: manual chapter 5, 3.3; head of FB_ProgramStop.
     """
@@ -105,10 +114,10 @@ def test_a_program_that_ended_before_the_stop_input_went_off_needs_no_interval()
     assert alone["Block.Done"] is True
 
 
-def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
-    """A failed release restores the hold once, although its Execute stays TRUE.
+def test_a_failed_release_restores_the_hold_once_and_at_once() -> None:
+    """A failed release restores the hold once and at once, although Execute stays TRUE.
 
-    A later release by another block remains.
+    A later release by another block is not undone.
 
     Source: head of FB_ServoOnFromEmergencyStop.
     """
@@ -128,7 +137,7 @@ def test_a_release_that_failed_puts_the_hold_back_once_and_at_once() -> None:
 
 
 def _waiting(block: str) -> Alone:
-    """Return a block that waits for a turn that another block has."""
+    """Return a sequence block that waits while another block uses the dedicated inputs."""
     alone = _alone(block)
     alone["Robot.Inner.HoldStop"] = True
     alone["Robot.Inner.Sequence.NextTicket"] = 1
@@ -140,7 +149,7 @@ def _waiting(block: str) -> Alone:
     return alone
 
 
-def test_a_continuation_that_ends_in_the_queue_puts_the_hold_back() -> None:
+def test_a_continuation_that_ends_in_the_queue_restores_the_hold() -> None:
     """Source: head of FB_ProgramContinue."""
     alone = _waiting("FB_ProgramContinue")
     assert alone["Robot.Inner.HoldStop"] is False
@@ -151,7 +160,9 @@ def test_a_continuation_that_ends_in_the_queue_puts_the_hold_back() -> None:
 
 
 def test_an_edge_in_the_queue_releases_no_later_hold() -> None:
-    """FB_ProgramStop has started a hold while the continuation waited.
+    """An edge of Execute while the continuation waits does not release a later hold.
+
+    FB_ProgramStop has set the hold in the meantime.
 
     Source: PLCopen: an edge while Busy is ignored; manual chapter 5, 3.3.
     """
@@ -167,7 +178,7 @@ def test_an_edge_in_the_queue_releases_no_later_hold() -> None:
 @pytest.mark.parametrize(
     "block", ["FB_AlarmReset", "FB_ProgramReset", "FB_ReturnToOrigin", "FB_ServoOn"]
 )
-def test_the_limit_is_that_of_the_edge_also_where_the_turn_comes_later(block: str) -> None:
+def test_the_time_limit_is_sampled_at_the_edge_even_if_the_turn_comes_later(block: str) -> None:
     """Source: design of the library, 3: inputs are sampled on the rising edge."""
     alone = _waiting(block)
     alone["Block.Timeout"] = "T#1s"
@@ -185,7 +196,7 @@ def test_the_limit_is_that_of_the_edge_also_where_the_turn_comes_later(block: st
 @pytest.mark.parametrize(
     "block", ["FB_AlarmReset", "FB_AutoStart", "FB_ProgramReset", "FB_ReturnToOrigin", "FB_ServoOn"]
 )
-def test_an_edge_in_the_queue_samples_nothing(block: str) -> None:
+def test_an_edge_in_the_queue_samples_no_input(block: str) -> None:
     """Source: PLCopen: an edge while Busy is ignored."""
     alone = _waiting(block)
     before = alone["Block.Job.Longest"]
@@ -219,8 +230,11 @@ _REQUESTS = {
 
 
 @pytest.mark.parametrize("case", _REQUESTS)
-def test_what_another_block_requests_in_the_same_scan_stays(case: str) -> None:
-    """A block that holds its level sets SI(10) before the call."""
+def test_requests_of_another_block_in_the_same_scan_are_kept(case: str) -> None:
+    """A request of another block in the same scan is not changed.
+
+    A block that holds its level sets SI(10) before the call.
+    """
     outputs, pins, bit = _REQUESTS[case]
     alone = _alone(case.partition("-")[0])
     alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
@@ -245,7 +259,7 @@ def test_what_another_block_requests_in_the_same_scan_stays(case: str) -> None:
         ("FB_ServoOn", {"SO.SO04_MpRdy": False}, 0x8005),
     ],
 )
-def test_what_cannot_be_is_refused_before_the_input_goes_out(
+def test_an_impossible_job_is_refused_before_its_input_is_sent(
     block: str, fields: Mapping[str, bool], error: int
 ) -> None:
     """Source: manual chapter 5, 3.1 to 3.3; docs/reference/errors.md."""
@@ -271,7 +285,10 @@ def test_what_cannot_be_is_refused_before_the_input_goes_out(
 def test_after_a_scan_without_a_call_no_further_step_begins(
     block: str, stage: str, passes: str, inner: str
 ) -> None:
-    """The stage's condition came true in that scan, but the block reports a lost turn."""
+    """After a scan without a call, the block ends with 16#8013 and begins no further step.
+
+    The condition of its stage became TRUE in that scan.
+    """
     alone = _alone(block)
     alone["Robot.EmergencyStopOk"] = alone["Robot.StopOk"] = alone["Robot.Settled"] = True
     alone["Robot.SI.SI00_EmergencyStop"] = alone["Robot.SI.SI06_Stop"] = True
@@ -301,7 +318,7 @@ def _jog(**fields: Value) -> Alone:
 
 
 def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
-    """The Timeout of the jog begins with Enable, although an abandoned command is on the wire.
+    """Timeout of a jog counts from Enable, even while an abandoned command is on the wire.
 
     Source: head of FB_Jog: Timeout.
     """
@@ -321,8 +338,8 @@ def test_the_time_limit_of_a_jog_counts_from_its_enable() -> None:
     assert alone["Block.ErrorID"] == 0x8012
 
 
-def test_a_jog_that_waited_too_long_is_off_the_queue() -> None:
-    """The requested job does not begin after the error.
+def test_a_jog_that_waited_too_long_leaves_the_queue() -> None:
+    """A jog that waited longer than Timeout leaves the queue and does not begin after its error.
 
     Source: docs/reference/errors.md, 16#8012.
     """

@@ -25,7 +25,7 @@ def test_shift_to_emergency_stop() -> None:
     assert plc.inputs == ["SI06"]
 
 
-def test_emergency_stop_status_while_the_servos_are_still_on_is_not_the_end() -> None:
+def test_emergency_stop_status_with_the_servos_on_is_not_the_end() -> None:
     """Source: manual chapter 5, 3.1, shift to emergency stop, step 2."""
     plc = servo_on()
     plc.change("EmergencyStop.Execute", to=True)
@@ -35,8 +35,10 @@ def test_emergency_stop_status_while_the_servos_are_still_on_is_not_the_end() ->
     assert pins(plc, "EmergencyStop") == "Done"
 
 
-def test_it_waits_for_nobodys_turn_and_for_no_interval() -> None:
-    """The servo ON input has just been sent. The block that sent it ends by itself.
+def test_an_emergency_stop_does_not_wait_for_a_turn_or_the_interval() -> None:
+    """An emergency stop is sent at once, without waiting for a turn or for the interval.
+
+    The servo ON input has just been sent. The block that sent it ends by itself.
 
     Source: manual chapter 5, 2, SI(00).
     """
@@ -76,8 +78,8 @@ def test_in_emergency_stop_already_it_is_done_in_the_next_call() -> None:
     assert plc.inputs == ["SI06"], "held by the block, whatever the pin says"
 
 
-def test_emergency_stop_status_is_an_answer_whatever_cpu_ok_is() -> None:
-    """SO(00) ON confirms the request.
+def test_emergency_stop_status_confirms_with_and_without_cpu_ok() -> None:
+    """SO(00) ON confirms the emergency stop, whether CPU_OK is ON or OFF.
 
     Source: manual chapter 5, 2, SO(00) and SO(01); assumed that SO(00) holds without SO(01).
     """

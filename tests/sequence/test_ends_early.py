@@ -17,7 +17,7 @@ from sequence_bench import pins, program_stopped, servo_on
 
 
 def _up(**outputs: bool) -> Callable[[], PlcBench]:
-    """Power up, then set these outputs of the controller."""
+    """Return a bench that has powered up, with these outputs of the controller."""
 
     def bench() -> PlcBench:
         plc = PlcBench()
@@ -29,7 +29,7 @@ def _up(**outputs: bool) -> Callable[[], PlcBench]:
 
 
 class Block(NamedTuple):
-    """A block that can do its job at once, and the input that it sets."""
+    """A sequence block that can begin at once, and the dedicated input that it sets."""
 
     ready: Callable[[], PlcBench]
     signal: str
@@ -76,12 +76,13 @@ def _rows(table: dict[str, str]) -> list[tuple[str, str]]:
         }
     ),
 )
-def test_refused_without_its_conditions_and_nothing_goes_out(block: str, cause: str) -> None:
-    """The block refuses in the next scan.
+def test_without_its_conditions_a_block_is_refused_and_sends_nothing(
+    block: str, cause: str
+) -> None:
+    """If a condition is not met, the block ends with an error and sends nothing.
 
-    A continuation first releases the stop input and waits.
-
-    It is assumed that a return-to-origin needs servos and no running program.
+    It ends in the next scan. FB_ProgramContinue first releases the stop input and waits. It is
+    assumed that a return-to-origin needs servos and no running program.
     """
     plc = _BLOCKS[block].ready()
     plc.let(cause)
@@ -107,8 +108,8 @@ def test_refused_without_its_conditions_and_nothing_goes_out(block: str, cause: 
         }
     ),
 )
-def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> None:
-    """The input is withdrawn."""
+def test_a_condition_that_is_lost_after_the_start_ends_the_block(block: str, cause: str) -> None:
+    """If a condition is lost after the start, the block ends with an error and resets its input."""
     ready, signal = _BLOCKS[block]
     plc = ready()
     plc.change(f"{block}.Execute", to=True, scans=5)
@@ -121,8 +122,11 @@ def test_a_condition_that_is_lost_on_the_way_ends_it(block: str, cause: str) -> 
 
 
 @pytest.mark.parametrize("block", _BLOCKS)
-def test_a_missing_answer_ends_it_at_the_time_limit_and_the_input_is_taken_back(block: str) -> None:
-    """For example, an alarm that needs a power restart is not reset: chapter 5, 2, SI(16)."""
+def test_a_missing_answer_ends_the_block_at_the_time_limit_and_resets_its_input(block: str) -> None:
+    """A missing answer ends the block at the time limit, and the input is reset.
+
+    For example, an alarm that needs a power restart is not reset: chapter 5, 2, SI(16).
+    """
     plc = _BLOCKS[block].ready()
     plc[f"{block}.Timeout"] = "T#300ms"
     plc.change(f"{block}.Execute", to=True, scans=30)

@@ -1,6 +1,6 @@
-"""FB_EmergencyStop and FB_ProgramStop hold their input OFF until a certain block releases it.
+"""FB_EmergencyStop and FB_ProgramStop hold their input OFF until their counterpart releases it.
 
-The hold does not depend on the reason for which they end.
+The hold remains for every reason for which the stop block ends.
 """
 
 from __future__ import annotations
@@ -41,10 +41,12 @@ def stopped() -> PlcBench:
     return plc
 
 
-def test_a_continuation_that_the_link_ends_puts_the_hold_back_in_the_same_scan(
+def test_a_continuation_ended_by_the_link_restores_the_hold_in_the_same_scan(
     stopped: PlcBench,
 ) -> None:
-    """SI(06) was not ON yet, because the interval since its switch-off was not over.
+    """If the link ends a continuation, the hold is restored in the same scan.
+
+    SI(06) was not ON yet, because the interval since its switch-off was not over.
 
     Source: manual chapter 5, 3.1, caution, and 3.3; head of FB_ProgramContinue.
     """
@@ -63,10 +65,10 @@ def test_a_continuation_that_the_link_ends_puts_the_hold_back_in_the_same_scan(
     assert "SI06" not in stopped.inputs
 
 
-def test_one_that_was_refused_does_not_hold_against_another(stopped: PlcBench) -> None:
-    """The refusal restores the hold once, although Execute stays TRUE.
+def test_a_refused_continuation_does_not_prevent_another_one(stopped: PlcBench) -> None:
+    """A refused continuation restores the hold only once, so that another one can release it.
 
-    SI(06) waits for its interval.
+    Its Execute stays TRUE. SI(06) waits for its interval.
 
     Source: manual chapter 5, 3.3; head of FB_ProgramContinue.
     """
@@ -84,7 +86,7 @@ def test_one_that_was_refused_does_not_hold_against_another(stopped: PlcBench) -
     assert "SI06" in stopped.inputs
 
 
-#: Each stop, and the safety input that it does not hold.
+#: Each stop block, and the safety input that it does not hold.
 _STOPS = pytest.mark.parametrize(
     ("block", "other"), [("EmergencyStop", "SI06"), ("ProgramStop", "SI00")]
 )
@@ -126,7 +128,9 @@ def test_a_stop_without_a_link_holds_after_the_recovery(block: str, other: str) 
 
 
 @_STOPS
-def test_a_link_that_is_lost_during_a_stop_ends_it_and_it_holds_on(block: str, other: str) -> None:
+def test_a_link_lost_during_a_stop_ends_the_block_and_the_hold_stays(
+    block: str, other: str
+) -> None:
     """Source: manual chapter 1, 5.2."""
     plc = _running()
     plc.change(f"{block}.Execute", to=True, scans=3)
@@ -148,8 +152,10 @@ def test_a_controller_that_is_not_ready_cannot_answer_a_stop(block: str, other: 
 
 
 @pytest.mark.parametrize("stop", ["EmergencyStop", "EarlyStop", "ProgramStop", "EarlyHalt"])
-def test_while_a_stop_is_executed_no_other_block_releases_it(stop: str) -> None:
-    """The block that releases is called before or after the stop in the scan.
+def test_while_a_stop_is_busy_no_other_block_releases_its_input(stop: str) -> None:
+    """While a stop block is Busy, no other block can release its input.
+
+    The releasing block is called before or after the stop block in the scan.
 
     Source: manual chapter 5, 2, SI(00) and SI(06): OFF is the emergency stop and the stop state.
     """

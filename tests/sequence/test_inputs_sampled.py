@@ -10,7 +10,7 @@ from plc_bench import PlcBench
 from sequence_bench import pins, sequences
 from structured_text.engines.base import Value
 
-#: The blocks, each with controller outputs that keep its job from ending.
+#: Maps each block to controller outputs with which it stays Busy.
 _BLOCKS = {
     "AlarmReset": ["SO03"],
     "AutoStart": ["SO02", "SO14"],
@@ -44,7 +44,7 @@ def _change(plc: PlcBench, block: str) -> None:
 
 
 @every_block
-def test_inputs_that_change_after_the_end_while_execute_stays_change_nothing(block: str) -> None:
+def test_inputs_that_change_after_the_end_have_no_effect(block: str) -> None:
     """Source: design of the library, 3: inputs are sampled on the rising edge."""
     plc = _plc(block)
     plc["Connected"] = False
@@ -57,7 +57,7 @@ def test_inputs_that_change_after_the_end_while_execute_stays_change_nothing(blo
 
 
 @every_block
-def test_an_edge_while_the_block_is_busy_changes_nothing(block: str) -> None:
+def test_an_edge_while_the_block_is_busy_has_no_effect(block: str) -> None:
     """Source: design of the library, 3: a rising edge while busy is ignored."""
     plc = _plc(block)
     plc.change(f"{block}.Execute", to=True)

@@ -1,6 +1,6 @@
-"""FB_RcxJob implements the contract of Execute, and the order of the turns on a channel.
+"""FB_RcxJob handles Execute, and the order in which blocks use a channel.
 
-The tests use it alone and through blocks.
+The tests use the block alone, and as a part of other blocks.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from plc_bench import PlcBench
 
 
 def _pins(plc: PlcBench, block: str) -> str:
-    """Return the outputs that are TRUE, as in `Busy Active`."""
+    """Return the names of the outputs that are TRUE, as in `Busy Active`."""
     names = ("Done", "Busy", "Active", "Error")
     return " ".join(name for name in names if plc[f"{block}.{name}"])
 
@@ -104,8 +104,11 @@ def test_after_the_timeout_the_command_is_held_and_the_next_one_is_told(seen: bo
     assert plc.words[0] == 0x0502
 
 
-def test_a_holder_that_was_away_for_65536_turns_does_not_take_another_ones() -> None:
-    """After 65536 turns, the number of the current turn equals the number of the old holder."""
+def test_a_block_that_missed_65536_turns_does_not_use_the_turn_of_another() -> None:
+    """A block that was not called for 65536 turns does not use the turn of another block.
+
+    The number of the current turn is then equal to the number of its own turn.
+    """
     plc = _plc()
     plc.change("First.Execute", to=True)
     assert _pins(plc, "First") == "Busy Active"
@@ -153,7 +156,7 @@ def test_link_loss_ends_the_waiting_blocks_too() -> None:
 
 
 def _job(**inputs: object) -> Alone:
-    """Return a job after its first call with Execute."""
+    """Return an FB_RcxJob after its first call with Execute TRUE."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     for name, value in {**inputs, "Execute": True}.items():
         job[f"Block.{name}"] = value
@@ -163,7 +166,7 @@ def _job(**inputs: object) -> Alone:
 
 
 @pytest.mark.parametrize(("ahead", "taken"), [(0, 1), (32_766, 1), (32_767, 0)])
-def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, taken: int) -> None:
+def test_a_job_takes_no_ticket_more_than_32767_ahead(ahead: int, taken: int) -> None:
     """Source: head of FC_RcxTickets: tickets in use are never more than 32767 apart."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel.NextTicket"] = job["Channel.Lowest"] = ahead
@@ -179,10 +182,11 @@ def test_no_ticket_is_taken_so_far_ahead_that_it_would_look_passed(ahead: int, t
     assert job["Channel.NextTicket"] == ahead + 1
 
 
-def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
-    """FB_WriteArea would release a turn that came and went unseen.
+def test_a_ticket_is_shown_for_a_scan_before_it_is_passed_on() -> None:
+    """A job shows its ticket for one scan before it passes it on, even if it ends at once.
 
-    An example is a block that waits for other blocks before it can take its ticket.
+    FB_WriteArea would release a ticket that it has never seen. An example is a block that waits for
+    other blocks before it can take its ticket.
     """
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel.NextTicket"] = job["Channel.Lowest"] = 32_767
@@ -191,7 +195,7 @@ def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
     assert job["Channel.NextTicket"] == 32_767
     job["Block.Trouble"], job["Block.Settled"] = 0x8003, True
     job["Channel.Serving"] = 32_767
-    job["Channel.Lowest"] = 32_800  # any other value that FB_WriteArea may have left
+    job["Channel.Lowest"] = 32_800  # another value of the last FB_WriteArea
     job.scan(10)
     assert job["Block.Busy"] is job["Block.Active"] is True
     assert job["Block.Request"] is False
@@ -203,7 +207,10 @@ def test_a_ticket_is_shown_before_it_is_passed_on() -> None:
 
 @pytest.mark.parametrize("answer", [0x8001, 0x8002])
 def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(answer: int) -> None:
-    """Example: an emergency stop refuses a jog. When the link is lost, that reason disappears."""
+    """If the link is lost for one scan, a job that could take its ticket in that scan ends.
+
+    Example: an emergency stop refuses a jog. When the link is lost, this reason disappears.
+    """
     job = _job(Remote=True, Trouble=0x8003)
     assert job["Channel.NextTicket"] == 0, "a command that is refused takes no ticket"
     job["Block.Trouble"], job["Block.Answer"] = 0, answer
@@ -218,7 +225,7 @@ def test_a_loss_of_one_scan_ends_a_job_that_could_take_its_ticket_in_that_scan(a
 
 
 @pytest.mark.parametrize(("ahead", "live"), [(10, True), (32_767, True), (32_768, False)])
-def test_a_ticket_is_its_own_up_to_32767_ahead_and_passed_beyond(ahead: int, live: bool) -> None:
+def test_a_ticket_is_valid_up_to_32767_ahead_and_passed_beyond(ahead: int, live: bool) -> None:
     """Source: head of FC_RcxTickets: from 32768 on Last is the earlier ticket."""
     job = _waiting()
     serving = 40_000 - ahead
@@ -234,8 +241,11 @@ def test_a_ticket_is_its_own_up_to_32767_ahead_and_passed_beyond(ahead: int, liv
 
 
 @pytest.mark.parametrize(("later", "shown"), [(1, True), (32_767, True), (32_768, False)])
-def test_a_ticket_is_shown_before_one_that_is_up_to_32767_later(later: int, shown: bool) -> None:
-    """Source: head of FC_RcxTickets."""
+def test_lowest_shows_a_ticket_that_is_earlier_by_up_to_32767(later: int, shown: bool) -> None:
+    """A waiting job writes its ticket to Lowest if it is earlier, by up to 32767.
+
+    Source: head of FC_RcxTickets.
+    """
     job = _waiting()
     job["Channel.Lowest"] = lowest = (40_000 + later) % 65_536
     job.scan(10)
@@ -243,7 +253,7 @@ def test_a_ticket_is_shown_before_one_that_is_up_to_32767_later(later: int, show
 
 
 def _waiting() -> Alone:
-    """Return a job with ticket 40000 that waits behind the holder of the turn."""
+    """Return a job with ticket 40000 that waits behind the holder of the channel."""
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel"] = {"Serving": 39_999, "NextTicket": 40_000, "Lowest": 39_999}
     job["Block.Execute"] = True
@@ -253,8 +263,10 @@ def _waiting() -> Alone:
     return job
 
 
-def test_called_twice_in_a_scan_an_idle_job_may_start_and_one_that_waits_or_works_ends() -> None:
-    """The turn is not passed on, because the command may be on the wire.
+def test_two_calls_in_a_scan_end_a_job_that_waits_or_works_but_not_an_idle_job() -> None:
+    """If an idle job is called twice in a scan, it may start; a waiting or running job ends.
+
+    The channel is not passed on, because the command may be on the wire.
 
     Source: errors.md, 16#8016.
     """
@@ -274,15 +286,18 @@ def test_called_twice_in_a_scan_an_idle_job_may_start_and_one_that_waits_or_work
 
 
 def _twice(job: Alone) -> None:
-    """Call the job twice with the same scan number, 1."""
+    """Call the job twice with the same scan number."""
     for now in (0, 10):
         job["Block.Scan"] = 0
         job.scan(now)
 
 
 @pytest.mark.parametrize("scan", [0, 2, 3, 65_535])
-def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: int) -> None:
-    """Scan numbers increase by 1. If the reference is another robot, its number may be lower."""
+def test_a_job_that_was_not_called_in_the_last_scan_has_lost_its_turn(scan: int) -> None:
+    """If a job was not called in the last scan, it has lost the channel.
+
+    Scan numbers increase by 1. If the reference is another robot, its number may be lower.
+    """
     job = _job()
     assert job["Block.Scan"] == 1
     job["Block.Scan"] = (scan - 1) % 65_536
@@ -292,7 +307,10 @@ def test_a_job_that_was_not_called_in_the_scan_before_has_lost_its_turn(scan: in
 
 @pytest.mark.parametrize("ticket", [0, 65_535])
 def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
-    """Ticket numbers may restart after 65535."""
+    """If the channel has passed to the next ticket, the job ends with 16#8013.
+
+    Ticket numbers restart at 0 after 65535.
+    """
     job = Alone("FB_RcxJob", {"Channel": "RCX_CHANNEL"})
     job["Channel"] = {"Serving": ticket, "NextTicket": ticket, "Lowest": ticket}
     job["Block.Execute"] = True
@@ -306,7 +324,10 @@ def test_a_turn_that_has_gone_to_the_next_ticket_is_lost(ticket: int) -> None:
 
 @pytest.mark.parametrize(("field", "value"), [("Serving", 1), ("Orphan", True)])
 def test_a_turn_that_was_taken_away_is_lost(field: str, value: int) -> None:
-    """FB_WriteArea does this to a block that is called after it and not before it."""
+    """If FB_WriteArea has released the ticket of a job, the job ends with 16#8013.
+
+    FB_WriteArea releases it if the block is not called before FB_WriteArea.
+    """
     job = _job()
     assert job["Block.Active"] is True
     job["Channel.NextTicket"] = 2
@@ -327,7 +348,7 @@ def test_a_limit_of_one_millisecond_is_a_limit() -> None:
 
 
 @pytest.mark.parametrize(("answer", "asked"), [(0, True), (0x8001, False), (0x8002, False)])
-def test_nothing_is_requested_of_a_controller_that_is_not_there(answer: int, asked: bool) -> None:
+def test_nothing_is_requested_without_a_controller(answer: int, asked: bool) -> None:
     """Source: manual chapter 1, 5.2, and chapter 5, 2, SO(01)."""
     job = _job(Answer=answer)
     assert job["Block.Request"] is asked
@@ -337,7 +358,7 @@ def test_nothing_is_requested_of_a_controller_that_is_not_there(answer: int, ask
 
 @pytest.mark.parametrize("remote", [False, True])
 def test_a_remote_command_is_requested_until_it_is_on_the_wire(remote: bool) -> None:
-    """A dedicated input is requested until its answer.
+    """A remote command is requested until it is on the wire, a dedicated input until its answer.
 
     Source: manual chapter 4, 2.1, and chapter 5, 3.
     """
@@ -349,8 +370,10 @@ def test_a_remote_command_is_requested_until_it_is_on_the_wire(remote: bool) -> 
     assert job["Block.Request"] is not remote
 
 
-def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
-    """An alarm or fault ends the job only if its own request is on the wire.
+def test_an_earlier_request_on_the_wire_is_ignored() -> None:
+    """A job ignores an earlier request that is still on the wire.
+
+    An alarm or fault ends the job only if its own request is on the wire.
 
     Source: manual chapter 5, 3: each process begins with an edge of its input.
     """
@@ -364,8 +387,10 @@ def test_an_earlier_request_on_the_wire_is_not_taken_for_its_own() -> None:
     assert job["Block.ErrorID"] == 0x8004
 
 
-def test_an_earlier_command_on_the_wire_keeps_the_channel_from_the_next_one() -> None:
-    """The job ends while an earlier code, to which the status belongs, is still sent.
+def test_while_an_earlier_command_is_on_the_wire_the_next_one_does_not_begin() -> None:
+    """While an earlier code is on the wire, the next command does not begin.
+
+    The job ends while this code, to which the status belongs, is still sent.
 
     Source: manual chapter 4, 2.1; head of FB_RcxJob.
     """
@@ -383,7 +408,7 @@ _CHANNEL = ("NextTicket", "Serving", "Lowest", "Orphan", "Holder")
 
 
 def _out_of_place(job: Alone) -> list[object]:
-    """Call the job outside of the area blocks, and check that the channel has not changed."""
+    """Call the job outside of the area blocks, and check that it has not changed the channel."""
     before = [job[f"Channel.{name}"] for name in _CHANNEL]
     job["Placed"] = False
     job.scan(100)
@@ -413,10 +438,12 @@ def test_a_job_that_begins_out_of_place_ends_in_that_call_without_a_ticket(remot
 @pytest.mark.parametrize("remote", [False, True])
 @pytest.mark.parametrize("serving", [0, 65_535], ids=["its turn", "it waits"])
 @pytest.mark.parametrize(("applied", "answer"), [(False, 0), (True, 0), (True, 0x0200)])
-def test_a_job_out_of_place_gives_no_turn_on(
+def test_a_job_called_out_of_place_does_not_pass_the_channel_on(
     remote: bool, serving: int, applied: bool, answer: int
 ) -> None:
-    """Only FB_WriteArea passes it on, because it has the telegram on the wire.
+    """A job called outside of the area blocks does not pass the channel on.
+
+    Only FB_WriteArea does this, because it writes the telegram.
 
     Source: errors.md, 16#8017.
     """

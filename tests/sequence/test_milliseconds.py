@@ -1,4 +1,4 @@
-"""FC_RcxMilliseconds and FC_RcxWaited use time limits as numbers, on which all PLCs agree."""
+"""FC_RcxMilliseconds and FC_RcxWaited convert time limits to numbers that are equal on all PLCs."""
 
 from __future__ import annotations
 
@@ -44,8 +44,11 @@ def program(request: pytest.FixtureRequest) -> Program:
     return compiled(_PROGRAM.format(literals="\n".join(rows)), request.param)
 
 
-def test_a_literal_is_its_number(program: Program) -> None:
-    """On matiec about half of the literals are one nanosecond short."""
+def test_a_time_literal_gives_its_exact_milliseconds(program: Program) -> None:
+    """A TIME literal gives its exact milliseconds.
+
+    On matiec about half of the literals are one nanosecond short.
+    """
     for index, ms in enumerate(_LITERALS):
         program.write("Main.Index", index)
         program.scan(index)
@@ -102,4 +105,4 @@ def test_a_wait_never_overflows(program: Program) -> None:
         assert program.read("Main.Before") == 2_000_065_534
     program.write("Main.Before", 2_000_000_000)
     program.scan(3)
-    assert program.read("Main.Before") == 2_000_000_000, "23 days are enough"
+    assert program.read("Main.Before") == 2_000_000_000, "the count stops at 23 days"

@@ -1,4 +1,4 @@
-"""FB_PowerUp combines chapter 5, 3.1 and 3.2.
+"""FB_PowerUp executes the processes of chapter 5, 3.1 and 3.2, in order.
 
 The test plays the controller.
 """
@@ -10,7 +10,7 @@ import pytest
 from plc_bench import ROOT, PlcBench
 from sequence_bench import pins, servo_on
 
-#: Stages. Each waits for a pin of the area blocks, or for outputs of the controller.
+#: Maps each stage to the condition that it waits for: pins of the area blocks, or outputs.
 _CONDITIONS: dict[str, str | dict[str, bool]] = {
     "CONNECTION": "Connected",
     "CPU_OK": {"SO00": True, "SO01": True, "SO03": True},
@@ -28,7 +28,7 @@ _STAGES = tuple(_CONDITIONS)
 
 
 def _off(timeout: str = "T#300ms") -> PlcBench:
-    """Return a bench without power, link, or consent of the cell."""
+    """Return a bench without power and link, and with the safety pins FALSE."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc.change("Connected", "EmergencyStopOk", "StopOk", to=False, scans=30)
     plc["PowerUp.Timeout"] = timeout
@@ -37,7 +37,7 @@ def _off(timeout: str = "T#300ms") -> PlcBench:
 
 
 def _give(plc: PlcBench, stage: str) -> None:
-    """Fulfil the condition of a stage."""
+    """Fulfil the condition that this stage waits for."""
     gift = _CONDITIONS[stage]
     if isinstance(gift, str):
         plc[gift] = True
@@ -46,9 +46,9 @@ def _give(plc: PlcBench, stage: str) -> None:
 
 
 def _until(plc: PlcBench, stage: str) -> None:
-    """Run until the block waits in a stage with its inputs on the wire.
+    """Run until the block waits in this stage with its inputs on the wire.
 
-    The test plays the controller and the people.
+    The test plays the controller and the operator.
     """
     for last in _STAGES:
         plc.scan_until(lambda: plc["PowerUp.Stage"] == f"POWER_UP_{last}")  # noqa: B023
@@ -115,7 +115,7 @@ def test_each_wait_is_limited_and_says_what_it_waits_for(stage: str, error: int,
 
 
 @pytest.mark.parametrize("stage", _STAGES[1:])
-def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(stage: str) -> None:
+def test_a_lost_link_ends_the_block_in_every_stage_and_nothing_restarts(stage: str) -> None:
     """Source: manual chapter 1, 5.2."""
     plc = _off()
     _until(plc, stage)
@@ -127,7 +127,7 @@ def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(stage: str)
 
 
 @pytest.mark.parametrize("stage", _STAGES[3:])
-def test_an_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
+def test_an_emergency_stop_ends_power_up_in_every_stage(stage: str) -> None:
     """Source: manual chapter 5, 3.1, shift to emergency stop."""
     plc = _off()
     _until(plc, stage)
@@ -158,7 +158,7 @@ def test_an_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
         ("PROGRAM_START", {"SO03": True}, 0x8004),
     ],
 )
-def test_a_condition_that_is_lost_again_ends_it_at_once(
+def test_a_lost_condition_ends_power_up_at_once(
     stage: str, output: dict[str, bool], error: int
 ) -> None:
     """Source: manual chapter 5, 3.2."""
@@ -169,7 +169,7 @@ def test_a_condition_that_is_lost_again_ends_it_at_once(
     assert plc["PowerUp.ErrorID"] == error
 
 
-def test_without_a_program_it_is_done_with_the_servos() -> None:
+def test_without_a_program_power_up_is_done_when_the_servos_are_on() -> None:
     """Source: manual chapter 5, 3.1, initial servo ON process after power ON."""
     plc = PlcBench(program=ROOT / "tests/data/library/Sequences.st")
     plc["PowerUp.StartProgram"] = False
@@ -213,7 +213,7 @@ def test_it_can_be_tried_again_after_an_error() -> None:
     plc.scan_until(lambda: plc["PowerUp.Done"] is True)
 
 
-def test_an_emergency_stop_in_the_scan_in_which_the_cell_is_found_safe_wins() -> None:
+def test_an_emergency_stop_in_the_scan_of_a_safe_cell_has_priority() -> None:
     """Source: manual chapter 5, 2, SI(00)."""
     plc = servo_on()
     plc.scan_until(lambda: plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE", execute="PowerUp")
@@ -223,8 +223,8 @@ def test_an_emergency_stop_in_the_scan_in_which_the_cell_is_found_safe_wins() ->
     assert plc.inputs == ["SI06"]
 
 
-def test_a_program_that_runs_without_servos_is_no_power_up() -> None:
-    """The servos turn OFF in the scans in which the program starts."""
+def test_a_program_that_runs_without_servos_does_not_complete_power_up() -> None:
+    """If the servos turn OFF while the program starts, the block does not report Done."""
     plc = _off()
     plc["PowerUp.Execute"] = True
     _until(plc, "PROGRAM_START")
@@ -244,7 +244,10 @@ def test_an_edge_in_the_scan_after_an_error_has_the_whole_time_again() -> None:
 
 
 def test_a_running_program_does_not_matter_before_the_servos_are_on() -> None:
-    """When a PLC restarts, the robot may be working. FB_ServoOn has its own conditions."""
+    """A running program has no effect before the servos are ON.
+
+    When a PLC restarts, the robot may be working. FB_ServoOn checks its own conditions.
+    """
     plc = _off()
     _until(plc, "CELL_SAFE")
     plc.outputs(SO13=True, scans=10)
@@ -252,7 +255,7 @@ def test_a_running_program_does_not_matter_before_the_servos_are_on() -> None:
     assert plc["PowerUp.Stage"] == "POWER_UP_CELL_SAFE"
 
 
-def test_without_a_limit_it_waits_in_every_stage() -> None:
+def test_without_a_time_limit_power_up_waits_in_every_stage() -> None:
     """Source: head of FB_PowerUp: T#0s = no limit."""
     plc = _off("T#0s")
     for stage in _STAGES:

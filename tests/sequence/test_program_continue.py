@@ -31,7 +31,7 @@ def test_program_execution_after_stopping_program_with_stop_input() -> None:
 
 
 @pytest.mark.parametrize("cause", ["pin", "block"])
-def test_refused_while_the_stop_is_kept_on_and_the_hold_stays(cause: str) -> None:
+def test_a_continuation_is_refused_while_stopok_is_false_and_the_hold_stays(cause: str) -> None:
     """Source: manual chapter 5, 3.2, note: not with the stop input OFF."""
     plc = program_stopped()
     if cause == "pin":
@@ -46,7 +46,7 @@ def test_refused_while_the_stop_is_kept_on_and_the_hold_stays(cause: str) -> Non
     assert plc.inputs == ["SI00"]
 
 
-def test_without_a_link_it_is_refused_and_the_hold_stays() -> None:
+def test_without_a_link_a_continuation_is_refused_and_the_hold_stays() -> None:
     """Source: manual chapter 1, 5.2."""
     plc = program_stopped()
     plc.change("Connected", to=False)
@@ -56,7 +56,7 @@ def test_without_a_link_it_is_refused_and_the_hold_stays() -> None:
     assert plc.inputs == ["SI00"]
 
 
-def test_without_a_hold_it_is_a_program_start() -> None:
+def test_without_a_hold_a_continuation_is_a_program_start() -> None:
     """Source: manual chapter 5, 3.3, program execution process."""
     plc = servo_on()
     plc.change("Resume.Execute", to=True)

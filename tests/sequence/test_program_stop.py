@@ -33,7 +33,7 @@ def test_program_stop_process_using_stop_input() -> None:
     assert plc.inputs == ["SI00"]
 
 
-def test_it_waits_for_nobodys_turn_and_a_start_on_the_way_ends_by_itself() -> None:
+def test_a_stop_does_not_wait_for_a_turn_and_a_running_start_ends_by_itself() -> None:
     """Source: manual chapter 5, 3.2, note: not with the stop input OFF."""
     plc = servo_on()
     plc.change("AutoStart.Execute", to=True)
@@ -46,8 +46,11 @@ def test_it_waits_for_nobodys_turn_and_a_start_on_the_way_ends_by_itself() -> No
     assert plc.inputs == ["SI00"]
 
 
-def test_a_program_that_is_only_just_starting_is_waited_for() -> None:
-    """SO(13) OFF counts when the stop input has been OFF long enough for an answer: 140 ms."""
+def test_the_stop_waits_for_a_program_that_is_just_starting() -> None:
+    """The block waits for a program that is just starting.
+
+    SO(13) OFF is accepted only after the stop input has been OFF for 140 ms.
+    """
     plc = servo_on()
     plc.change("ProgramStop.Execute", to=True, scans=14)
     assert pins(plc, "ProgramStop") == "Busy Active"
@@ -63,7 +66,7 @@ def test_without_a_program_it_is_done_when_the_stop_input_has_stood_long_enough(
     assert plc.scan_until(lambda: plc["ProgramStop.Done"] is True) == 16
 
 
-def test_a_program_that_was_seen_running_and_has_stopped_is_the_end_at_once() -> None:
+def test_the_stop_is_done_at_once_if_a_running_program_has_stopped() -> None:
     """Source: manual chapter 5, 3.3, program stop process using stop input, step 2."""
     plc = _running()
     plc.change("ProgramStop.Execute", to=True)
@@ -72,7 +75,10 @@ def test_a_program_that_was_seen_running_and_has_stopped_is_the_end_at_once() ->
 
 
 def test_a_stop_that_cannot_be_written_is_not_done() -> None:
-    """The area is illegal for some scans, so SI(06) is still ON in the controller."""
+    """If the area cannot be written, the stop is not done: SI(06) is still ON in the controller.
+
+    The area is illegal for some scans.
+    """
     plc = servo_on()
     plc["ProgramStop.Execute"], plc["WriteArea.Size"] = True, 47
     plc.scan(20)

@@ -17,7 +17,7 @@ _KINDS = pytest.mark.parametrize(
 
 
 @_KINDS
-def test_return_to_origin_input_until_the_return_is_complete(
+def test_the_return_to_origin_input_stays_on_until_the_return_is_complete(
     axes: str, signal: str, holder: int
 ) -> None:
     """The input is ON until SO(11) is ON.
@@ -38,7 +38,7 @@ def test_return_to_origin_input_until_the_return_is_complete(
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_a_return_that_waits_for_its_turn_is_made_although_execute_has_fallen() -> None:
+def test_a_waiting_return_is_executed_although_execute_has_fallen() -> None:
     """Source: design of every block: letting Execute fall never cancels the work."""
     plc = servo_on()
     plc.outputs(SO02=True)
@@ -53,8 +53,11 @@ def test_a_return_that_waits_for_its_turn_is_made_although_execute_has_fallen() 
     assert pins(plc, "Origin") == "Done"
 
 
-def test_incremental_axes_unless_said_otherwise() -> None:
-    """Every robot accepts this default. SI(17) depends on a parameter of the controller."""
+def test_incremental_axes_are_the_default() -> None:
+    """By default the block uses SI(14), for incremental axes, which every robot accepts.
+
+    SI(17) depends on a parameter of the controller.
+    """
     plc = servo_on()
     plc.change("Origin.Execute", to=True)
     assert plc.inputs == ["SI00", "SI06", "SI14"]
@@ -67,7 +70,7 @@ def test_the_axes_are_sampled_on_the_rising_edge() -> None:
     assert plc.inputs == ["SI00", "SI06", "SI14"]
 
 
-def test_a_completion_from_before_has_to_go_off_first() -> None:
+def test_an_earlier_completion_must_turn_off_first() -> None:
     """Source: assumed; the manual has no chart of SI(14) and SO(11)."""
     plc = servo_on()
     plc.outputs(SO11=True)
@@ -79,8 +82,10 @@ def test_a_completion_from_before_has_to_go_off_first() -> None:
     assert pins(plc, "Origin") == "Done"
 
 
-def test_a_completion_from_before_that_stays_on_counts_after_confirm() -> None:
-    """The input is sent in scan 1 and counts as ON from scan 2 on. 300 ms later is scan 32.
+def test_an_earlier_completion_that_stays_on_is_accepted_after_confirm() -> None:
+    """If SO(11) was ON before and stays ON, the block is done after Confirm (300 ms).
+
+    The input is sent in scan 1 and counts as ON from scan 2 on. 300 ms later is scan 32.
 
     Source: assumed; the manual has no chart of SI(14) and SO(11).
     """
@@ -105,7 +110,7 @@ def test_a_program_stop_ends_it() -> None:
     assert plc.inputs == ["SI00"]
 
 
-def test_a_program_that_runs_once_the_input_is_out_is_no_refusal() -> None:
+def test_a_program_that_starts_after_the_input_was_sent_does_not_refuse_the_return() -> None:
     """Source: assumed; the manual has no chart of SI(14) and SO(13)."""
     plc = servo_on()
     plc.change("Origin.Execute", to=True)

@@ -1,7 +1,7 @@
-"""Every sequence block runs at random with another block, compared with a second reading.
+"""Every sequence block runs at random beside another block, and follows independent rules.
 
-The test is the controller: it answers late or not at all, and changes its outputs by itself. Each
-scan of the block, and the data on the wire, must follow the rules of tests/support.
+The test plays the controller: it answers late or not at all, and changes its outputs by itself. In
+each scan, the block and the data on the wire must follow the rules of tests/support.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ _ALONE = {
     "SO14": (0.005, 0.02),
     "SO15": (0.1, 0.1),
 }
-#: Effect of an input: the input and its state, the output and its state, the probability.
+#: Effects of inputs: input and state, then output and state, then the probability.
 _ANSWERS = (
     ("SI00", False, "SO00", True, 0.4),
     ("SI00", False, "SO02", False, 0.4),
@@ -83,7 +83,7 @@ _ANSWERS = (
     ("SI15", True, "SO14", True, 0.3),
     ("SI16", True, "SO03", False, 0.3),
 )
-#: Higher probabilities do not depend on the phase.
+#: Probabilities above this limit do not depend on the phase.
 _RARE = 0.1
 _LIMITS_MS = (0, 160, 300, 600, 1500)
 #: Scans of a phase, in which the probabilities of disturbances, answers and other commands are
@@ -102,7 +102,7 @@ def _compiled(block: str, rival: str) -> Program:
 
 
 class _Beside:
-    """The program, and the second reading of its rules."""
+    """The program with two blocks, and the independent rules for both."""
 
     def __init__(self, block: str, seed: int) -> None:
         self.chance = Random(f"{block} {seed}")
@@ -133,7 +133,7 @@ class _Beside:
             self._calm, self._sure, self._rival = map(self.chance.choice, (_CALM, _SURE, _RIVAL))
 
     def draw(self, scan: int) -> None:
-        """Draw the actions of user, cell and controller before this scan."""
+        """Choose the actions of user, cell and controller before this scan at random."""
         self._spell(scan)
         for part, rule in self.rules.items():
             lively = self._rival if part == "Rival" and not rule.execute else 1.0
@@ -164,7 +164,7 @@ class _Beside:
                 self.so = self.so | {name} if on else self.so - {name}
 
     def scan(self, now: int) -> None:
-        """Run one scan of the blocks and of their second reading."""
+        """Run one scan of the blocks and of their rules."""
         bits = sum(1 << (8 * int(name[2]) + int(name[3])) for name in self.so)
         self.program.write_bytes("Main.InputArea", bytes(32) + bits.to_bytes(2, "little"))
         self.program.scan(now * 1000)
@@ -224,7 +224,7 @@ _CASES = [(block, seed) for block in sorted(RULES) for seed in range(_RUNS.get(b
     ]
 )
 @pytest.mark.parametrize(("block", "seed"), _CASES)
-def test_every_scan_is_the_one_that_the_rules_ask_for(block: str, seed: int) -> None:
+def test_every_scan_follows_the_rules(block: str, seed: int) -> None:
     """Source: manual chapter 5, 2 and 3.1 to 3.3; design of the library, 2 and 3."""
     beside = _Beside(block, seed)
     start = beside.program.snapshot()

@@ -41,7 +41,7 @@ def test_the_sequence_program_is_executed_while_the_signal_is_on() -> None:
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_it_needs_no_turn_but_keeps_the_interval() -> None:
+def test_sequence_control_needs_no_turn_but_keeps_the_interval() -> None:
     """Source: manual chapter 5, 3, caution."""
     plc = servo_on()
     plc.change("AutoStart.Execute", "SequenceControl.Enable", to=True)
@@ -84,7 +84,7 @@ def test_timeout_zero_is_no_limit() -> None:
 
 
 @pytest.mark.parametrize("cause", ["link", "SO01"])
-def test_after_a_lost_controller_it_does_not_start_again_by_itself(cause: str) -> None:
+def test_after_a_lost_controller_nothing_restarts_by_itself(cause: str) -> None:
     """Source: manual chapter 1, 5.2."""
     plc = _running()
     if cause == "link":

@@ -31,7 +31,7 @@ def test_initial_servo_on_process_after_power_on() -> None:
     assert plc.inputs == ["SI00", "SI06"]
 
 
-def test_an_answer_within_the_interval_ends_the_block_and_the_input_is_still_kept_100_ms() -> None:
+def test_an_early_answer_ends_the_block_and_the_input_stays_on_for_100_ms() -> None:
     """Source: manual chapter 5, 3.1, caution."""
     plc = _plc()
     plc.change("ServoOn.Execute", to=True)
@@ -40,8 +40,10 @@ def test_an_answer_within_the_interval_ends_the_block_and_the_input_is_still_kep
     assert plc.scan_until(lambda: "SI01" not in plc.inputs) == 11
 
 
-def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
-    """SI(00) turns ON only after the interval, and the controller answers even later.
+def test_servo_on_waits_for_an_emergency_stop_that_is_just_being_released() -> None:
+    """The block waits for an emergency stop that is just being released.
+
+    SI(00) turns ON only after the interval, and the controller answers even later.
 
     Source: manual chapter 5, 3.1, servo ON process from emergency stop status.
     """
@@ -55,7 +57,7 @@ def test_an_emergency_stop_that_is_just_being_released_is_waited_for() -> None:
     assert plc["ServoOn.Active"]
 
 
-def test_a_second_servo_on_makes_an_edge_of_its_own() -> None:
+def test_a_second_servo_on_sends_a_new_edge() -> None:
     """Source: manual chapter 5, 2, SI(01): from OFF to ON."""
     plc = _plc()
     plc.change("ServoOn.Execute", "ServoAgain.Execute", to=True)

@@ -12,7 +12,7 @@ from sequence_bench import in_emergency_stop, pins
 
 
 def _restarted() -> PlcBench:
-    """Return a bench in which SI(00) has just turned ON again."""
+    """Return a bench in which the block has just turned SI(00) ON again."""
     plc = in_emergency_stop()
     plc["Restart.Timeout"] = "T#300ms"
     plc.change("Restart.Execute", to=True)
@@ -56,7 +56,7 @@ def test_servo_on_process_from_emergency_stop_status() -> None:
 
 
 def test_without_an_alarm_there_is_no_alarm_reset() -> None:
-    """An emergency stop at power-on causes no alarm.
+    """Without an alarm, no alarm reset is sent. An emergency stop at power-on causes no alarm.
 
     Source: manual chapter 5, 3.1, initial servo ON process after power ON.
     """
@@ -84,8 +84,8 @@ def test_servo_on_waits_for_mp_ready() -> None:
     assert plc.inputs == ["SI00", "SI01", "SI06"]
 
 
-def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> None:
-    """The recovery has had no effect, so the hold remains.
+def test_the_block_is_refused_while_the_application_keeps_si00_off() -> None:
+    """While the application keeps SI(00) OFF, the block is refused and the hold remains.
 
     Source: manual chapter 5, 2, SI(01): SI(00) must be ON.
     """
@@ -100,8 +100,11 @@ def test_refused_while_the_application_keeps_the_emergency_stop_input_off() -> N
 
 
 @pytest.mark.parametrize("stop", ["EarlyStop", "EmergencyStop"])
-def test_refused_while_an_emergency_stop_block_is_executed(stop: str) -> None:
-    """FB_EmergencyStop is called before or after the block that restarts."""
+def test_the_block_is_refused_while_an_emergency_stop_block_is_busy(stop: str) -> None:
+    """While FB_EmergencyStop is Busy, FB_ServoOnFromEmergencyStop is refused.
+
+    FB_EmergencyStop is called before or after it in the scan.
+    """
     plc = in_emergency_stop()
     plc.change(f"{stop}.Execute", to=True, scans=5)
     plc.change("Restart.Execute", to=True, scans=4)
@@ -111,7 +114,7 @@ def test_refused_while_an_emergency_stop_block_is_executed(stop: str) -> None:
     assert plc.inputs == ["SI06"]
 
 
-def test_refused_without_a_link_and_the_hold_stays() -> None:
+def test_without_a_link_the_block_is_refused_and_the_hold_stays() -> None:
     """Source: manual chapter 1, 5.2."""
     plc = in_emergency_stop()
     plc.change("Connected", to=False)
@@ -130,10 +133,12 @@ def test_refused_without_a_link_and_the_hold_stays() -> None:
     ],
     ids=["another emergency stop", "an alarm", "servos off"],
 )
-def test_what_stays_as_it_is_ends_it_at_the_time_limit(
+def test_a_remaining_emergency_stop_or_alarm_ends_the_block_at_the_time_limit(
     outputs: dict[str, bool], error: int, stage: str
 ) -> None:
-    """All emergency stop states must be cancelled. An alarm may need a power restart.
+    """If an emergency stop or an alarm remains, the block ends at its time limit.
+
+    All emergency stop states must be cancelled. An alarm may need a power restart.
 
     Source: manual chapter 5, 2, SI(01) and SI(16); 3.1, servo ON from emergency stop, step 7.
     """
@@ -146,7 +151,7 @@ def test_what_stays_as_it_is_ends_it_at_the_time_limit(
     assert plc.inputs == ["SI00", "SI06"], "the block's own emergency stop is released"
 
 
-def test_missing_main_power_ends_it_at_the_time_limit() -> None:
+def test_missing_main_power_ends_the_block_at_the_time_limit() -> None:
     """Source: manual chapter 5, 2, SO(04)."""
     plc = _restarted()
     plc.outputs(SO00=False, SO03=False, SO04=False)
@@ -177,7 +182,7 @@ _STAGES = ("EMERGENCY_RELEASE", "ALARM_RESET", "MP_READY", "SERVO_ON")
 
 
 @pytest.mark.parametrize("stage", _STAGES)
-def test_a_new_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
+def test_a_new_emergency_stop_ends_the_block_in_every_stage(stage: str) -> None:
     """Source: manual chapter 5, 3.1, shift to emergency stop."""
     plc = in_emergency_stop()
     plc.change("Restart.Execute", to=True)
@@ -193,7 +198,7 @@ def test_a_new_emergency_stop_ends_it_in_every_stage(stage: str) -> None:
 
 @pytest.mark.parametrize("scans", [1, 2])
 @pytest.mark.parametrize("stage", _STAGES)
-def test_a_lost_link_ends_it_in_every_stage_and_nothing_starts_again(
+def test_a_lost_link_ends_the_block_in_every_stage_and_nothing_restarts(
     stage: str, scans: int
 ) -> None:
     """Source: manual chapter 1, 5.2."""
@@ -246,7 +251,7 @@ def test_it_can_be_tried_again_after_an_error() -> None:
 
 
 def test_the_wait_for_mp_ready_has_a_time_limit_of_its_own() -> None:
-    """The alarm reset has waited for its turn longer than the limit.
+    """The wait for MP RDY has the full time limit, although the alarm reset waited longer.
 
     Source: manual chapter 5, 2, SO(04).
     """
@@ -265,7 +270,10 @@ def test_the_wait_for_mp_ready_has_a_time_limit_of_its_own() -> None:
 
 
 def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
-    """The block does not wait for SO(00). Source: manual chapter 5, 2, SI(00)."""
+    """If the application requests an emergency stop, the wait for MP RDY ends at once.
+
+    The block does not wait for SO(00). Source: manual chapter 5, 2, SI(00).
+    """
     plc = in_emergency_stop()
     plc.change("Restart.Execute", to=True)
     _play(plc, "MP_READY")
@@ -277,7 +285,7 @@ def test_the_applications_emergency_stop_ends_the_wait_for_mp_ready() -> None:
     ("outputs", "error"),
     [({"SO01": False}, 0x8002), ({"SO00": True}, 0x8003), ({"SO03": True}, 0x8004)],
 )
-def test_what_forbids_servo_on_ends_the_wait_for_mp_ready(
+def test_a_condition_against_servo_on_ends_the_wait_for_mp_ready(
     outputs: dict[str, bool], error: int
 ) -> None:
     """Source: manual chapter 5, 2, SI(01): CPU_OK, no emergency stop, no alarm."""
@@ -292,10 +300,12 @@ def test_what_forbids_servo_on_ends_the_wait_for_mp_ready(
 
 @pytest.mark.parametrize("stop", ["EarlyStop", "EmergencyStop"])
 @pytest.mark.parametrize("since_change", [3, 30])
-def test_an_emergency_stop_of_one_scan_in_the_scan_of_the_release_wins(
+def test_an_emergency_stop_in_the_scan_of_the_release_has_priority(
     stop: str, since_change: int
 ) -> None:
-    """The interval may prevent SI(00) from turning ON at once.
+    """If an emergency stop comes in the scan of the release, even for one scan, the block ends.
+
+    The interval may prevent SI(00) from turning ON at once.
 
     Source: manual chapter 5, 2, SI(00).
     """

@@ -72,7 +72,7 @@ def test_an_alarm_that_is_there_from_the_start_is_a_change() -> None:
     assert _edges(plc) == ["AlarmRaised"]
 
 
-def test_a_lost_link_is_no_change_of_the_outputs_and_what_happened_meanwhile_is_one() -> None:
+def test_a_lost_link_is_not_a_change_but_changes_during_the_loss_are_shown() -> None:
     """Source: manual chapter 1, 5.2."""
     plc = servo_on()
     plc.outputs(SO13=True)
@@ -112,7 +112,7 @@ def test_without_enable_nothing_is_shown() -> None:
         ({"SO13": True}, "COMPLETE", "Complete"),
     ],
 )
-def test_ready_needs_all_that_a_program_start_needs(
+def test_ready_needs_all_conditions_of_a_program_start(
     cause: dict[str, bool], stage: str, word: str
 ) -> None:
     """Source: manual chapter 5, 3.2, program execution process."""
@@ -133,7 +133,7 @@ def test_ready_needs_all_that_a_program_start_needs(
         ("StopOk", "STOP_RELEASE", "SI(06)"),
     ],
 )
-def test_ready_needs_what_the_application_says(pin: str, stage: str, word: str) -> None:
+def test_ready_needs_the_safety_pins_of_the_application(pin: str, stage: str, word: str) -> None:
     """Source: manual chapter 5, 3.2, note: not with emergency stop or stop input OFF."""
     plc = _watched(servo_on())
     plc[pin] = False

@@ -1,4 +1,4 @@
-"""Blocks that are still called get their turns on a channel in order, whatever other blocks do."""
+"""Blocks that are called in every scan use a channel in order, whatever other blocks do."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import pytest
 
 from plc_bench import PlcBench
 
-#: Number of scans of 10 ms before the end is read: data, code, end status.
+#: Scans of 10 ms until the end is read: data, code, end status.
 _SENT = 3
 
 
@@ -54,7 +54,7 @@ def polling() -> PlcBench:
 
 
 @pytest.mark.parametrize("lost_scans", [1, 3000])
-def test_after_a_lost_link_the_first_command_goes_out_at_once(
+def test_after_a_lost_link_the_first_command_is_sent_at_once(
     polling: PlcBench, lost_scans: int
 ) -> None:
     """Source: design of the library, 2: waiting is bounded by what still lives."""
@@ -117,7 +117,7 @@ def test_a_refused_input_never_touches_the_channel(refusing: PlcBench) -> None:
     assert plc["Bad1.ErrorID"] in (0x0000, 0x8044)
 
 
-def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBench) -> None:
+def test_refused_commands_do_not_delay_a_legal_command(refusing: PlcBench) -> None:
     """Source: guide, chapter 2; docs/explanation/scan-model.md, remote commands."""
     plc = refusing
     plc["Retry"] = plc["Good"] = True
@@ -132,7 +132,7 @@ def test_a_good_command_beside_refused_ones_takes_no_scan_longer(refusing: PlcBe
 
 @pytest.fixture
 def queue() -> PlcBench:
-    """Return a bench with a queue of a long command, four blocks with time-outs and one without."""
+    """Return a bench with a long command; four blocks with time-outs and one without wait."""
     return _bench(
         "".join(
             f"    {name} : FB_RemoteCommand;\n"
@@ -150,10 +150,10 @@ def queue() -> PlcBench:
 
 
 @pytest.mark.parametrize(("scans", "before"), [(20, 0), (400, 0), (400, 32_700)])
-def test_those_that_gave_up_in_the_queue_do_not_delay_the_one_behind_them(
+def test_blocks_that_left_the_queue_do_not_delay_the_block_behind_them(
     queue: PlcBench, scans: int, before: int
 ) -> None:
-    """Blocks that have left the queue, even a full one, do not delay the block behind them.
+    """Blocks that have left the queue do not delay the block behind them, even if it was full.
 
     Source: design of the library, 2: a turn goes to the next job that is still there, at once.
     """
@@ -213,7 +213,7 @@ def sequences() -> PlcBench:
 
 
 @pytest.mark.parametrize("lost_scans", [10, 3000])
-def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
+def test_after_a_lost_link_the_channel_of_the_dedicated_inputs_is_free_at_once(
     sequences: PlcBench, lost_scans: int
 ) -> None:
     """Source: manual chapter 1, 5.2; design of the library, 2."""
@@ -230,7 +230,7 @@ def test_the_channel_of_the_dedicated_inputs_is_free_at_once_too(
 def test_a_block_that_is_called_again_in_the_same_scan_ends_with_its_own_error(
     block: str,
 ) -> None:
-    """A second call in a scan ends the block, because its time limit would count twice.
+    """A second call in a scan ends the block with 16#8016: its time limit would count twice.
 
     A command that was sent is held to its end.
 
@@ -293,13 +293,13 @@ END_PROGRAM
 @pytest.mark.parametrize("m", [0, 48])
 @pytest.mark.parametrize("place", ["SharedFirst", "SharedLast"])
 @pytest.mark.parametrize("ahead", range(4))
-def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
+def test_an_instance_called_with_two_robots_never_moves_the_wrong_one(
     m: int, place: str, ahead: int
 ) -> None:
-    """An instance is started on one robot and called with the other robot.
+    """An instance that is called with two robots never sends its command to the wrong robot.
 
-    There its turn may belong to another block. With m = 0 both robots read the same answers, and
-    even their scans have the same numbers.
+    At the other robot, its ticket number may belong to another block. With m = 0, both robots read
+    the same answers, and their scans have the same numbers.
     """
     plc = PlcBench(program=_TWO_ROBOTS.format(m=m), size=96, contract=False)
     for area in (0, 48):
@@ -320,10 +320,10 @@ def test_an_instance_that_serves_two_robots_never_moves_the_wrong_one(
     assert plc.image[0:2] == b"\x01\x05", "the robot's own command is out"
 
 
-def test_data_that_change_in_the_scan_of_the_code_go_out_first() -> None:
-    """Two blocks both assume that they have the turn.
+def test_data_that_change_in_the_scan_of_the_code_are_sent_before_it() -> None:
+    """If data change in the scan of the code, the code waits one scan more.
 
-    Code and data are held for a scan unchanged.
+    Two blocks both assume that they have the channel. Code and data are held for a scan unchanged.
 
     Source: guide, chapter 2, steps 1 and 2: data, then the code.
     """

@@ -9,7 +9,7 @@ from served import ServedHost, image
 
 @pytest.fixture
 def served() -> ServedHost:
-    """Return a controller with a master that has released emergency stop and stop."""
+    """Return a served controller whose master has set SI(00) and SI(06) to ON."""
     host = ServedHost()
     host.network.send(image(0x01))
     host.run(150)

@@ -52,7 +52,7 @@ def test_the_chart_names_the_command() -> None:
 
 @pytest.mark.parametrize(("width", "least"), [(344, 0.95), (1266, 0.7)])
 def test_the_waves_have_most_of_the_width(width: int, least: float) -> None:
-    """In a narrow chart the names are above the waves."""
+    """The waves use most of the width of the chart. In a narrow chart the names are above them."""
     drawn = live_chart(History().lanes(), 1_000_000, 1.0, width)
     box = re.search(r'viewBox="0 0 (\d+) (\d+)".* data-left="(\d+)" data-plot="(\d+)"', drawn)
     assert box is not None
@@ -91,7 +91,7 @@ def _paths(root: ElementTree.Element) -> list[str]:
 def test_a_bit_rises_and_falls_where_its_time_lies_on_the_axis() -> None:
     lane = Lane("SI(00) Emergency stop input", "input", [(4_500_000, 1), (4_750_000, 0)])
     (path,) = _paths(_chart([lane], 5_000_000, 1))
-    # A second is 900 wide and begins at 352. OFF is drawn at 46, and ON at 33.
+    # In the picture, a second is 900 wide and begins at x = 352. OFF is at y = 46, ON at y = 33.
     assert path == "M352 46H802V33H1027V46H1252"
 
 

@@ -1,4 +1,4 @@
-"""A served controller's process may end or print invalid output, which its parent reports."""
+"""If the process of a served controller ends or prints invalid output, its parent reports this."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ def step(station, now_us, skipped=0):
 station_process.Station.step = step
 station_process.main(sys.argv[1])
 """
-#: Child process that prints invalid output, at once or after its status, and waits for its end.
+#: Child process that prints invalid output, at once or after its status, and then waits.
 _GARBAGE = """
 import sys
 from rcx_harness.serve.status import Status
@@ -65,7 +65,7 @@ Use = Callable[[str, str], None]
 
 @pytest.fixture
 def use(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Use:
-    """Replace the controller's process by another program."""
+    """Replace the program of the controller's process by another program."""
 
     def write(name: str, program: str) -> None:
         (tmp_path / f"{name}.py").write_text(program)
@@ -125,7 +125,7 @@ def test_a_mistake_in_the_controller_ends_it_and_is_named(
     assert asyncio.run(_ended(_host())) == (
         "the controller has ended by itself (RuntimeError: a mistake)"
     )
-    assert "Traceback" in capfd.readouterr().err  # for the person who repairs it
+    assert "Traceback" in capfd.readouterr().err  # the traceback, for the developer
 
 
 @pytest.mark.parametrize("name", ["mumbling", "listing", "mumbling_later", "listing_later"])

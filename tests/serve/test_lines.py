@@ -1,4 +1,4 @@
-"""`rcx serve` prints each event once in a plain line with its own time."""
+"""`rcx serve` prints each event once, in a line with the time of the event."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ READER = "192.168.0.11"
 
 
 def _told(lines: Sequence[str]) -> list[tuple[float, str]]:
-    """Return time in seconds and text of each line."""
+    """Return the time [s] and the text of each line."""
     parts = [line.split(" s  ", 1) for line in lines]
     return [(float(head.split()[1]), text) for head, text in parts]
 
@@ -40,9 +40,9 @@ def watched(served: ServedHost | None = None, after_ms: int = 0) -> tuple[Served
 
 
 def test_each_change_is_shown_once_with_its_own_time(served: ServedHost) -> None:
-    """The time of reading has no effect.
+    """Each change is shown once, with its own time, whenever the lines are read.
 
-    The controller sees a packet in its next cycle of 5 ms.
+    The controller uses a packet in its next cycle of 5 ms.
     """
     lines = Lines([served])
     assert lines.new() == [
@@ -64,8 +64,8 @@ def test_each_change_is_shown_once_with_its_own_time(served: ServedHost) -> None
     ]
 
 
-def test_five_openings_and_closings_60_ms_apart_are_ten_lines() -> None:
-    """The lines are read once at the end, and none is missing."""
+def test_five_openings_and_closings_within_60_ms_give_ten_lines() -> None:
+    """Five openings and closings within 60 ms give ten lines. They are read once, at the end."""
     served, lines = watched()
     for _ in range(5):
         served.network.become(OwnerState.WAITING)
@@ -89,8 +89,11 @@ def test_changes_within_one_cycle_of_the_controller_have_their_own_times() -> No
     assert [at_s for at_s, _ in _told(lines.new())] == [0.001, 0.002, 0.004]
 
 
-def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
-    """Events before the first cycle get time 0. Later events get the time of the present cycle."""
+def test_the_clock_of_the_adapter_is_converted_to_the_time_of_the_controller() -> None:
+    """The time of the adapter is converted to the time of the controller.
+
+    Events before the first cycle have the time 0, later events the time of the present cycle.
+    """
     served = ServedHost()
     served.station.begin_us = 7_000_000
     _, lines = watched(served)
@@ -101,8 +104,13 @@ def test_the_clock_of_the_adapter_is_turned_into_the_controllers_time() -> None:
     assert [at_s for at_s, _ in _told(lines.new())] == [0.0, 0.003, 0.005]
 
 
-def test_a_reader_has_its_own_lines_and_repeats_none_of_the_master(served: ServedHost) -> None:
-    """A time-out of the master is a single line, however many readers come and go afterwards."""
+def test_a_reader_has_its_own_lines_and_does_not_repeat_lines_of_the_master(
+    served: ServedHost,
+) -> None:
+    """A reader has its own lines, and a time-out of the master is shown only once.
+
+    Readers may connect and disconnect afterwards.
+    """
     served.network.become(OwnerState.TIMED_OUT)
     served.run(5)
     lines = Lines([served])
@@ -151,7 +159,10 @@ def test_three_commands_between_two_looks_have_three_times(served: ServedHost) -
 
 
 def test_a_refused_connection_is_shown_once_and_then_counted() -> None:
-    """A refused master asks again every second. A different master is reported at once."""
+    """A refused connection is shown once, then counted. Another master is shown at once.
+
+    A refused master requests the connection again every second.
+    """
     served, lines = watched()
     said = []
     for second in range(12):
@@ -204,7 +215,10 @@ def test_power_and_cable_are_shown(served: ServedHost) -> None:
 
 
 def test_too_many_changes_are_counted() -> None:
-    """Only 127 changes fit between two cycles of the controller, so 73 are lost."""
+    """If there are too many changes, they are counted: of 200 changes, 73 are not shown.
+
+    Only 127 changes fit between two cycles of the controller.
+    """
     served, lines = watched()
     for _ in range(100):
         served.network.become(OwnerState.RUN)
@@ -215,8 +229,11 @@ def test_too_many_changes_are_counted() -> None:
     assert len(texts) < 40
 
 
-def test_an_event_is_as_long_as_its_slot_at_most() -> None:
-    """The event has the longest address, state and intervals of a connection."""
+def test_the_longest_event_fits_into_its_slot() -> None:
+    """The longest possible event fits into its slot of the shared memory.
+
+    It has the longest address, state and intervals of a connection.
+    """
     served = ServedHost()
     longest = ConnectionEvent(
         2**63 - 1, ConnectionKind.EXCLUSIVE_OWNER, "timed out", "255.255.255.255", 2**32, 2**32, 99

@@ -1,4 +1,4 @@
-"""The web page in a real browser, with a real scanner: its buttons work and show their state."""
+"""The web page is tested in a real browser with a real scanner: its buttons work."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from selenium.webdriver.remote.webelement import WebElement  # noqa: E402
 from selenium.webdriver.support.ui import WebDriverWait  # noqa: E402
 
 _LIMIT_S = 300.0
-_MULTIPLIER = 5  # 128 packet intervals, because a busy machine must not lose the link
+_MULTIPLIER = 5  # a time-out of 128 packet intervals, so that a busy machine does not lose the link
 _STOPS_RELEASED = bytes(32) + b"\x41" + bytes(15)
 #: The robot file of the first controller.
 _PROGRAM = """
@@ -60,9 +60,10 @@ class Page:
         return self.browser.find_element(By.CSS_SELECTOR, selector)
 
     def press(self, selector: str) -> None:
-        """Click the element when it has stopped moving.
+        """Click the element when it has stopped moving on the page.
 
-        A line that appears above the element moves it. A click at its earlier place would be lost.
+        If a line appears above the element, it moves. A click at its earlier position would be
+        lost.
         """
         element = self.find(selector)
         places = [element.rect]
@@ -80,7 +81,7 @@ class Page:
         return str(self.browser.execute_script(script, selector))
 
     def lamp(self, signal: str) -> str:
-        """Return a bit of the signal monitor, found by its tooltip."""
+        """Return the lamp of a signal in the signal monitor, found by its tooltip."""
         return self.text(f'#monitor td[title^="{signal}"]')
 
     def wave(self, signal: str) -> str:
@@ -148,7 +149,7 @@ def test_the_emergency_stop_button_stops_and_is_seen_everywhere(
     page: Page, scanner: Scanner
 ) -> None:
     assert "connected: 127." in page.text("#connection")
-    page.press('[data-seconds="60"]')  # a slow machine draws it late
+    page.press('[data-seconds="60"]')  # a slow machine draws the chart late
     page.until(lambda: page.wave("SO(00)"), "there is no chart")
     page.press("#stop")
     page.until(lambda: page.lamp("SO(00)") == "●", "SO(00) is not shown")
@@ -208,7 +209,10 @@ def test_mode_authority_alarm_and_power_have_their_buttons(page: Page, scanner: 
 def test_warning_main_power_safety_and_the_stop_of_the_parallel_io_have_their_buttons(
     page: Page, scanner: Scanner
 ) -> None:
-    """SO(15) is the warning. SO(04) MP RDY depends on the main power (manual chapter 5, 2)."""
+    """Warning, main power, safety input and the stop of the parallel I/O have buttons that work.
+
+    SO(15) is the warning. SO(04) MP RDY depends on the main power (manual chapter 5, 2).
+    """
     page.press('[data-event="warning"]')
     page.until(lambda: page.lamp("SO(15)") == "●", "SO(15) does not come ON")
     page.press('[data-event="warning_clear"]')
@@ -247,7 +251,7 @@ def test_actions_are_recorded_and_become_a_stimulus(
     page: Page, scanner: Scanner, tmp_path: Path
 ) -> None:
     def got(selector: str) -> str:
-        """Return the content of a link's target."""
+        """Return the content of the address of this link."""
         script = """
           const [selector, done] = arguments;
           fetch(document.querySelector(selector).href).then((one) => one.text()).then(done);
@@ -275,7 +279,10 @@ def test_actions_are_recorded_and_become_a_stimulus(
 
 
 def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) -> None:
-    """The tool is at 150 mm in X. An SXYX has 819.2 pulses per mm."""
+    """The robot is drawn, and its axes are shown in pulses and mm.
+
+    The tool is at 150 mm in X. An SXYX has 819.2 pulses per mm.
+    """
     page.press("nav button:nth-child(2)")
     drawn = "return document.querySelector('#robots .rv')?.ariaLabel"
     expected = "Robot 1, SXYX: X 150, Y 0, Z 0"
@@ -289,10 +296,10 @@ def test_the_robot_is_drawn_and_its_axes_are_shown_in_pulses_and_mm(page: Page) 
 
 
 def test_the_listing_shows_the_line_that_is_executed_now(page: Page, scanner: Scanner) -> None:
-    """SI(12) starts the program, which waits in line 2 for SI(20), then in line 4 for its end.
+    """The listing marks the line that is executed: line 2 waits for SI(20) ON, line 4 for OFF.
 
-    The link that an earlier test has closed left alarm 12.600, with which no program starts.
-    Therefore the main power is cycled first.
+    SI(12) starts the program. An earlier test has closed the link and left alarm 12.600, with which
+    no program starts. Therefore the main power is cycled first.
     """
     marked = "return document.querySelector('#programs [data-state]')?.textContent ?? ''"
 
@@ -310,9 +317,9 @@ def test_the_listing_shows_the_line_that_is_executed_now(page: Page, scanner: Sc
     polls = count()
 
     def started() -> bool:
-        """Return whether the program runs.
+        """Return whether the robot program runs, and toggle SI(12) if it does not.
 
-        SI(12) changes every 0.5 s, because 100 ms are needed.
+        SI(12) changes every 0.5 s, because at least 100 ms are needed.
         """
         on = b"\x04" if next(polls) // 10 % 2 == 0 else b"\x00"
         scanner.write(bytes(32) + b"\x41" + on + bytes(14))
@@ -390,7 +397,7 @@ def test_the_chart_can_be_paused_and_shows_the_seconds_that_are_chosen(page: Pag
     before = axis()["start"]
     page.until(lambda: axis()["start"] != before, "the chart stands still")
     page.press("#pause")
-    # A picture that was requested earlier may still arrive. After it, none does.
+    # A picture that was requested earlier may still arrive. After it, no picture may arrive.
     page.press('[data-seconds="5"]')
     page.until(lambda: axis()["span"] == "5000000", "another window is not drawn while paused")
     stood = axis()["start"]

@@ -33,12 +33,13 @@ def record(host: ServedHost, file: Path | None) -> None:
     host.station.obey({"record": str(file) if file else None})
 
 
-def test_it_has_the_cycles_that_differ_and_its_time_begins_at_0(
+def test_a_recording_has_the_cycles_with_changes_and_begins_at_0(
     served: ServedHost, tmp_path: Path
 ) -> None:
-    """SI(00) turns ON 50 ms after the start, and a move begins 50 ms later.
+    """The recording has the cycles with a change, and its time begins at 0.
 
-    Nothing else changes until 500 ms. With stretched arms of 225 and 175 mm, Y is 400 mm.
+    SI(00) turns ON 50 ms after the start, and a movement begins 50 ms later. Nothing else changes
+    until 500 ms. With stretched arms of 225 and 175 mm, Y is 400 mm.
     """
     file = tmp_path / "r.jsonl"
     record(served, file)
@@ -65,10 +66,13 @@ def test_it_has_the_cycles_that_differ_and_its_time_begins_at_0(
     assert last.t_us == 500_000
 
 
-def test_a_broken_rule_is_in_it_once_and_judge_and_view_read_it(
+def test_a_broken_rule_is_recorded_once_and_read_by_judge_and_view(
     served: ServedHost, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """SI(00) and SI(06) change in one exchange, which breaks two rules (chapter 5, 3)."""
+    """A broken rule is in the recording once, and `rcx judge` and `rcx view` read it.
+
+    SI(00) and SI(06) change in one exchange, which breaks two rules (chapter 5, 3).
+    """
     file = tmp_path / "r.jsonl"
     record(served, file)
     served.run(100)

@@ -79,7 +79,10 @@ def test_the_page_can_ask_for_both() -> None:
 
 
 def test_a_recording_has_the_listings_and_each_change_of_a_line(tmp_path: Path) -> None:
-    """SI(20) is ON for 50 ms. The outputs change in the same cycles."""
+    """A recording has the listings and each change of the executed line.
+
+    SI(20) is ON for 50 ms. The outputs change in the same cycles.
+    """
     host, file = _started(), tmp_path / "r.jsonl"
     host.station.obey({"record": str(file)})
     for request in (True, False):
@@ -93,9 +96,9 @@ def test_a_recording_has_the_listings_and_each_change_of_a_line(tmp_path: Path) 
 
 
 def _in_turn(trace: Trace | None = None) -> ServedHost:
-    """Return a controller with a program of two alternating delays of 40 ms.
+    """Return a controller whose program alternates between two delays of 40 ms.
 
-    No area changes.
+    The areas do not change.
     """
     text = "*AGAIN:\nDELAY 40\nDELAY 40\nGOTO *AGAIN"
     config = RobotConfig(programs=(RobotProgram(name="ECHO", text=text),), booted=True)
@@ -117,7 +120,10 @@ def test_a_trace_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path) -> 
 
 
 def test_a_recording_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path) -> None:
-    """In 200 ms the line changes four or five times after the first cycle."""
+    """Cycles in which only the executed line changes are recorded.
+
+    In 200 ms the line changes four or five times after the first cycle.
+    """
     host, file = _in_turn(), tmp_path / "r.jsonl"
     host.station.obey({"record": str(file)})
     host.run(200)
@@ -130,7 +136,10 @@ def test_a_recording_has_the_cycles_in_which_only_a_line_changes(tmp_path: Path)
 
 
 def test_rcx_view_shows_the_tasks_of_a_served_controller(tmp_path: Path) -> None:
-    """The trace is judged before it is viewed, and keeps its tasks."""
+    """`rcx view` shows the tasks of a served controller.
+
+    It judges the trace first, which keeps the tasks.
+    """
     file = tmp_path / "t.jsonl"
     host = _started(trace=Trace(_HEAD, file, keep=0, programs=[[_LISTING]]))
     host.station.finish()
@@ -153,10 +162,10 @@ def direct() -> list[Cycle]:
         return cell.trace.cycles()
 
 
-def test_with_the_same_inputs_a_served_controller_does_the_same_as_in_a_cell(
+def test_with_the_same_inputs_a_served_controller_and_a_cell_agree(
     direct: list[Cycle], tmp_path: Path
 ) -> None:
-    """In virtual time, both have the same outputs and lines in the same cycles."""
+    """With the same inputs, a served controller and a cell have the same outputs and lines."""
     file = tmp_path / "t.jsonl"
     config = RobotConfig.load(_FOLDER / "robot.toml")
     host = ServedHost(config, trace=Trace(_HEAD, file, keep=0))

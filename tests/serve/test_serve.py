@@ -1,4 +1,4 @@
-"""`rcx serve` as a whole: real processes and sockets, on loopback addresses for each test."""
+"""`rcx serve` is tested as a whole, with real processes and sockets on loopback addresses."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def test_two_controllers_are_devices_of_their_own_and_end_with_ctrl_c() -> None:
                 assert client.get_attribute(*_IDENTITY, 6) == number.to_bytes(4, "little")
                 client.get_assembly(100)
         processes = served.processes()
-        # rcx serve itself, and for each of two controllers: controller, adapter, cyclic I/O.
+        # 7 processes: rcx serve, and for each of two controllers: controller, adapter, cyclic I/O.
         assert len(processes) >= 7
         with watching(processes):
             served.interrupt()
@@ -69,7 +69,7 @@ def test_a_master_connects_is_served_and_leaves() -> None:
             scanner.write(b"\x05\x05" + bytes(30) + b"\x41" + bytes(15))
             assert served.wait_for("command: ReadPositionPulses").endswith("normal end")
             assert scanner.read().image[:2] == b"\x00\x02"
-            assert scanner.read().image[32] == 0x12  # SO(01) CPU_OK and SO(04) MP RDY
+            assert scanner.read().image[32] == 0x12  # bytes with SO(01) CPU_OK and SO(04) MP RDY ON
             scanner.close_connection()
             served.wait_for("the master has closed the connection")
             served.wait_for("Module Status green, flashing, Network Status red, flashing")
@@ -88,7 +88,7 @@ def test_a_port_that_is_taken_is_one_clear_message_and_nothing_stays() -> None:
         assert len(said.splitlines()) == 1
         assert said.startswith(f"rcx: the EtherNet/IP adapter cannot listen on {second}:44818: ")
         with socket.create_server((first, 44818)):
-            pass  # the other controller has ended, too
+            pass  # the other controller has also ended
 
 
 @pytest.mark.exhaustive
@@ -146,8 +146,8 @@ def test_a_trace_that_cannot_be_written_ends_it_with_a_reason() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_disk_that_fills_up_later_ends_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    """`rcx serve > log` ends with one line about the OSError and with exit code 2."""
+def test_a_disk_that_fills_up_later_ends_rcx_serve(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the disk fills up later, `rcx serve > log` ends with one line and exit code 2."""
 
     def full(lines: Lines) -> list[str]:
         raise OSError(errno.ENOSPC, "No space left on device")
@@ -168,8 +168,11 @@ def test_children_end_with_a_parent_that_is_killed() -> None:
 
 
 @pytest.mark.exhaustive
-def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() -> None:
-    """The warning appears even in quiet mode. The web page is always on the loopback address."""
+def test_an_address_reachable_from_the_network_gives_a_warning_and_loopback_does_not() -> None:
+    """An address that other machines can reach gives a warning, a loopback address does not.
+
+    The warning appears even in quiet mode. The web page is always on the loopback address.
+    """
     settings = [
         Settings(host=host) for host in ("127.0.0.1", "192.168.0.21", "127.9.9.9", "0.0.0.0")
     ]
@@ -192,7 +195,7 @@ def test_where_others_can_reach_it_a_warning_says_so_and_on_the_loopback_none() 
 def test_the_warning_comes_even_if_ctrl_c_follows_at_once(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Other machines could reach the controller from its first open port on."""
+    """The warning is printed even if Ctrl-C follows at once: the first port was already open."""
 
     async def starting(host: Host) -> None:
         signal.raise_signal(signal.SIGINT)

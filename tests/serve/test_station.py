@@ -18,7 +18,7 @@ _SI00, _SI06, _SI01 = 0x01, 0x40, 0x02
 
 
 def image(bits: int = 0, *words: int, size: int = 48) -> bytes:
-    """Return the master's area with words from n on, and byte n+32."""
+    """Return the area that the master sends, with these words from n on, and byte n+32."""
     area = bytearray(size)
     struct.pack_into(f"<{len(words)}H", area, 0, *words)
     area[32] = bits
@@ -42,10 +42,13 @@ def served() -> ServedHost:
     return ServedHost()
 
 
-def test_the_data_is_read_after_the_state_that_it_belongs_to(
+def test_the_data_are_read_after_the_connection_state(
     served: ServedHost, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """If the first packet arrives between the readings, zeros must not be taken as RUN data."""
+    """The controller reads the connection state first, then the data that belong to it.
+
+    If the first packet arrives between the two readings, zeros must not be used as data.
+    """
     served.run(150)
     network, status = served.network, served.network.status
 
@@ -60,7 +63,7 @@ def test_the_data_is_read_after_the_state_that_it_belongs_to(
 
 @pytest.fixture
 def running(served: ServedHost) -> ServedHost:
-    """Return the controller with a master and its servos on."""
+    """Return a served controller with a connected master and the servos on."""
     served.network.send(image(_SI00))
     served.run(150)
     served.network.send(image(_SI00 | _SI06))
@@ -203,7 +206,7 @@ def test_only_the_latest_commands_and_broken_rules_are_stored(running: ServedHos
         running.run(45)
     assert len(running.status.commands) == 20
     assert len(running.status.violations) == 20
-    assert running.status.violation_count == 29  # every second change comes too early
+    assert running.status.violation_count == 29  # every second change is earlier than allowed
 
 
 def test_a_broken_rule_after_skipped_cycles_says_that_this_computer_was_late(
@@ -248,9 +251,9 @@ def test_further_connections_are_counted(running: ServedHost) -> None:
 def test_the_trace_has_each_cycle_with_other_areas_the_last_one_and_broken_rules(
     tmp_path: Path,
 ) -> None:
-    """Cycles are every 5 ms.
+    """The trace has the cycles with other areas, the last cycle, and broken rules.
 
-    SI(06) and SI(01) change 50 ms apart, which breaks the rule of 100 ms.
+    A cycle takes 5 ms. SI(06) and SI(01) change 50 ms apart, which breaks the rule of 100 ms.
 
     Source: manual chapter 5, 3, caution; chapter 5, 4.
     """

@@ -15,12 +15,12 @@ from rcx_harness.serve.station import Station
 from rcx_harness.serve.station_process import REPORT_CYCLES, Channel, run
 from served import NetworkInMemory
 
-#: Longest wait for anything [s].
+#: Time limit of each wait in these tests [s].
 _PATIENCE_S = 60
 
 
 class Time:
-    """A clock that only sleeping advances. It ends the channel after `until_us`."""
+    """A clock that advances only in `sleep`. It ends the parent's channel after `until_us`."""
 
     def __init__(self, channel: Channel, until_us: int, late_us: dict[int, int] | None = None):
         self.now_us = 1_000_000
@@ -34,7 +34,7 @@ class Time:
         return self.now_us
 
     def sleep(self, wait_us: int) -> None:
-        """Let this time pass, or more if the process should be late."""
+        """Advance the clock by this time, or by more if the process should be late."""
         self.slept.append(wait_us)
         self.now_us += wait_us + self._late_us.get(len(self.slept), 0)
         if self.now_us >= self._end_us:
@@ -77,7 +77,7 @@ def test_changes_while_the_parent_does_not_read_are_reported_later() -> None:
     def sleep(wait_us: int) -> None:
         time.sleep(wait_us)
         passed_us = time.now_us - 1_000_000
-        if passed_us == 250_000:  # two reports were due, but only the first had room
+        if passed_us == 250_000:  # two reports were due, but only the first fitted into the pipe
             network.send(bytes(32) + b"\x01" + bytes(15))
         if passed_us == 450_000:
             told.append(lines.get_nowait())
@@ -107,8 +107,8 @@ def test_events_of_the_parent_happen_and_are_answered_by_their_number() -> None:
     assert reports[0]["link_cut"]
 
 
-def test_the_end_of_what_the_parent_says_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The end of the parent's stream ends the process. Earlier messages are still processed."""
+def test_the_end_of_the_parents_stream_ends_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the stream of the parent ends, the process ends after the earlier messages."""
     monkeypatch.setattr(sys, "stdin", io.StringIO('{"event": "link_down"}\n'))
     channel = Channel()
     channel.start()
@@ -116,8 +116,8 @@ def test_the_end_of_what_the_parent_says_is_the_end(monkeypatch: pytest.MonkeyPa
     assert channel.take() == {"event": "link_down"}
 
 
-def test_a_parent_that_hears_no_more_is_the_end(monkeypatch: pytest.MonkeyPatch) -> None:
-    """If the parent no longer reads, the process ends, even if its other pipe is open."""
+def test_a_parent_that_no_longer_reads_ends_the_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the parent no longer reads, the process ends, even if the other pipe is open."""
 
     class Broken(io.StringIO):
         def write(self, text: str) -> int:

@@ -58,7 +58,10 @@ def test_the_connection_is_described_in_a_sentence(state: OwnerState, text: str)
 
 
 def test_packets_of_a_wrong_length_are_not_shown_as_silence() -> None:
-    """There are 195 packets of 300 bytes instead of 54, and 3 packets before the connection."""
+    """Packets of a wrong length are reported as such, not as silence of the master.
+
+    There are 195 packets of 300 bytes instead of 54, and 3 packets before the connection.
+    """
     served = ServedHost()
     served.network.drops[Drop.LENGTH] = 3
     served.network.become(OwnerState.WAITING)
@@ -162,7 +165,7 @@ def test_the_terminal_shows_the_last_command_alarms_and_broken_rules(served: Ser
     reason="it needs a pseudo-terminal, and loopback addresses besides 127.0.0.1",
 )
 def test_a_terminal_gets_the_table() -> None:
-    """Pipes and files get lines, which other tests of real processes check."""
+    """If the output is a terminal, `rcx serve` prints the table. Pipes and files get lines."""
     ours, terminal = os.openpty()
     process = subprocess.Popen(
         [sys.executable, "-m", "rcx_harness", "serve", "--address", *own_addresses(1)],
@@ -176,7 +179,7 @@ def test_a_terminal_gets_the_table() -> None:
             said += os.read(ours, 4096)
         assert "╭" in said.decode(errors="ignore")
         process.send_signal(signal.SIGINT)
-        with suppress(OSError):  # a terminal ends in this way when no program has it open any more
+        with suppress(OSError):  # reading fails after the last program closed it
             while os.read(ours, 4096):
                 pass
         assert process.wait() == 0

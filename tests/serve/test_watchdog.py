@@ -1,4 +1,4 @@
-"""A process that gives no sign of life for 2 s is reported. The tests use virtual time."""
+"""A process that sends no sign of life for 2 s is reported. The tests use virtual time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,10 @@ _STILL = "has given no sign of life for 2 s; it was stopped, or this computer is
 
 
 def test_silence_is_reported_once_and_its_end_once() -> None:
-    """The process gives signs of life until 1 s, and again from 5 s on."""
+    """The silence of a process is reported once, and its end is reported once.
+
+    The process sends signs of life until 1 s, and again from 5 s on.
+    """
     watchdog = Watchdog()
     found = {}
     for now_us in range(0, 6_000_000, _LOOK_US):
@@ -30,7 +33,7 @@ def test_a_process_that_has_not_begun_is_not_silent() -> None:
 
 
 def test_after_the_computer_slept_no_process_is_reported() -> None:
-    """If the watcher itself has paused for an hour, its processes get a new time limit."""
+    """If the computer has slept for an hour, no process is reported: their time limits restart."""
     watchdog = Watchdog()
     watchdog.look(1_000_000, 1_000_000)
     assert watchdog.look(1_000_000, 3_600_000_000) is None
@@ -62,7 +65,10 @@ def test_a_stopped_process_is_reported_when_it_stops_and_when_it_goes_on() -> No
 
 
 def test_a_process_of_the_adapter_that_is_stopped_is_named() -> None:
-    """The controller reports it ten times a second. The other process continues."""
+    """A stopped process of the adapter is named in the report.
+
+    The controller reports it ten times a second. The other process continues.
+    """
     served = ServedHost()
     stalls = Stalls([served])
     said = []

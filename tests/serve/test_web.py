@@ -1,4 +1,4 @@
-"""The server of the web page has its pages, accepts certain requests, and refuses all others."""
+"""The server of the web page sends its pages, and refuses requests that it does not know."""
 
 from __future__ import annotations
 
@@ -61,7 +61,7 @@ def test_no_file_of_the_page_names_another_server() -> None:
     for file in served:
         addresses = set(re.findall(r"(?:https?:)?//[\w.]+\S*", file.read_text(encoding="utf-8")))
         named = {one for one in addresses if "://" in one}
-        assert named <= {'http://www.w3.org/2000/svg";'}, str(file)  # a name space, never fetched
+        assert named <= {'http://www.w3.org/2000/svg";'}, str(file)  # an XML name space
 
 
 def test_every_controller_has_its_tab_and_its_state(client: WebClient) -> None:
@@ -89,8 +89,11 @@ def test_the_chart_is_an_svg_of_the_last_seconds(client: WebClient) -> None:
         assert answer.json["error"] == f"width={text} is not a whole number of pixels"
 
 
-def test_a_report_has_the_way_since_the_last_one(hosts: list[ServedHost]) -> None:
-    """While an axis moves there is a sample every 20 ms, so that the page draws a smooth trail."""
+def test_a_report_has_the_positions_since_the_last_report(hosts: list[ServedHost]) -> None:
+    """A report has the positions since the last report, so that the page draws a smooth path.
+
+    While an axis moves, there is a sample every 20 ms.
+    """
     served = hosts[0]
     served.run(100)
     positions = served.station.controller.positions
@@ -165,7 +168,10 @@ def test_each_server_has_another_token(hosts: list[ServedHost]) -> None:
 
 
 def test_outputs_are_held_forced_and_released(hosts: list[ServedHost], client: WebClient) -> None:
-    """SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1)."""
+    """The page can hold, force and release outputs of the controller.
+
+    SO(20) is bit 0 of byte m+34 (manual chapter 1, 4.1).
+    """
 
     def ask(**message: object) -> int:
         path = "/token/api/robots/0/outputs"
@@ -234,10 +240,13 @@ def test_an_impossible_request_is_refused_in_one_message(
     assert said
 
 
-def test_the_actions_since_the_beginning_are_a_stimulus(
+def test_the_actions_since_the_start_are_offered_as_a_stimulus(
     hosts: list[ServedHost], tmp_path: Path, client: WebClient
 ) -> None:
-    """The stimulus covers both controllers from the start. A run with it does the same."""
+    """The actions since the start are offered as a stimulus, for both controllers.
+
+    A run with this stimulus repeats the actions.
+    """
 
     def ask(path: str, **message: object) -> None:
         assert client.post(f"/token/api/{path}", json=message).status == 200
@@ -288,8 +297,11 @@ def test_a_port_that_is_taken_is_one_clear_message(hosts: list[ServedHost]) -> N
     asyncio.run(use())
 
 
-def test_without_aiohttp_it_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The message names aiohttp and not an extra of this package, which is not on an index."""
+def test_without_aiohttp_the_message_says_what_to_install(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without aiohttp, the message says that it must be installed.
+
+    It names no extra of this package, because the package is not on an index.
+    """
     monkeypatch.delitem(sys.modules, "rcx_harness.serve.web", raising=False)
     monkeypatch.setitem(sys.modules, "aiohttp", None)
     with pytest.raises(InputError) as caught:

@@ -1,4 +1,4 @@
-"""The web page's server answers requests that no browser sends, and logs nothing about them."""
+"""The server of the web page answers malformed requests, and writes no log line about them."""
 
 from __future__ import annotations
 
@@ -105,8 +105,11 @@ def test_an_event_in_utf_8_is_taken(kind: str) -> None:
 
 
 @pytest.mark.parametrize("name", ["9" * 5000, "0" * 5000, "00", "%D9%A0", "%C2%B2", "%00", "%0a"])
-def test_a_controller_that_is_not_there_is_not_found(name: str) -> None:
-    """The number may have 5,000 digits, or digits of another script."""
+def test_a_controller_that_does_not_exist_is_not_found(name: str) -> None:
+    """A controller that does not exist is "not found".
+
+    Its number may have 5,000 digits, or digits of another script.
+    """
     for path in (f"/token/api/robots/{name}", f"/token/api/robots/{name}/chart.svg"):
         ((status, text),) = ask((b"GET", path.encode(), (), b""))
         assert status == 404
@@ -140,8 +143,11 @@ _HEADERS = [
 ]
 
 
-def test_whatever_is_sent_is_the_senders_fault_and_no_line_in_the_log() -> None:
-    """The status is 2xx or 4xx. A log line for each request could fill the disk."""
+def test_a_malformed_request_is_answered_without_a_line_in_the_log() -> None:
+    """Any request gets a status 2xx or 4xx and leaves no line in the log.
+
+    A log line for each request could fill the disk.
+    """
     asked: list[Request] = [
         (method, path, (), b"")
         for method in _METHODS

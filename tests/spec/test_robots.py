@@ -1,4 +1,4 @@
-"""Every figure of a robot model agrees with a second reading."""
+"""Every figure of a robot model agrees with a second, independent reading of the data sheets."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """spec/remote_commands.toml agrees with a second, independent reading of the guide.
 
-The second reading is in tests/spec/second_reading/. Both judge the same telegrams here. A
-difference means that one of them has misread the section of the guide, which decides.
+The second reading is in tests/spec/second_reading/. Both readings judge the same telegrams. If they
+differ, one of them has misread its section of the guide, and the guide decides.
 """
 
 from __future__ import annotations
@@ -19,12 +19,12 @@ from second_reading import Legal, Place, Reading, Row
 from shown import differences
 
 READINGS = second_reading.every_reading()
-SHOWN = 12  # Number of values that a message names. More would not help.
+SHOWN = 12  # Number of values that a message names. More values would not help.
 
 
 @dataclass(frozen=True)
 class Difference:
-    """A value that only one side accepts, and the reason of the other side."""
+    """A value that only one of the two readings accepts, and the reason of the other reading."""
 
     part: Place
     value: int
@@ -35,13 +35,15 @@ class Difference:
 every_command = pytest.mark.parametrize(
     "reading", READINGS.values(), ids=[f"{code:03X}" for code in READINGS]
 )
-#: The quick tier keeps every third command in the tests that take the most time.
+#: In the tests that take the most time, the quick tier uses every third command.
 some_commands = pytest.mark.exhaustive(but=[f"{code:03X}" for code in list(READINGS)[::3]])
 
 
 @every_command
 def test_the_reading_has_each_bit_exactly_once(reading: Reading) -> None:
-    """Bits that the section neither describes nor fixes would be missed by both sides.
+    """The second reading has each bit exactly once.
+
+    Otherwise both readings could miss bits that the section does not describe.
 
     Source: remote command guide 4.2 to 4.9, the tables of each command
     """
@@ -57,7 +59,7 @@ def test_the_reading_has_each_bit_exactly_once(reading: Reading) -> None:
 
 
 def test_the_codes_are_those_of_the_sections() -> None:
-    """There are 116 commands besides the status reset.
+    """Both readings have the codes of the sections: 116 commands besides the status reset.
 
     Source: remote command guide 4.2 to 4.9, row "Command code" of each command
     """
@@ -86,7 +88,7 @@ def test_robot_designation_and_section_are_those_of_the_commands_table(reading: 
 
 @every_command
 def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
-    """Each row is a field with the same bits and the same kind of number.
+    """Each row of a table is a field with the same bits and the same kind of number.
 
     All other bits are zero.
 
@@ -101,7 +103,7 @@ def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
         mine = {part: entry.what for entry in rows for part in entry.places}
         theirs = {part: entry.name for entry in fields for part in _places(side, entry)}
         both = mine.keys() & theirs.keys()
-        either = {part.mask for part in both}  # A condition may let two rows share bits.
+        either = {part.mask for part in both}  # rows may share bits under a condition
         lost = [part for part in _sorted(mine.keys() - both) if part.mask not in either]
         wrong += [f"{part} ({mine[part]}) is no field of the spec" for part in lost]
         more = _sorted(theirs.keys() - both)
@@ -112,8 +114,8 @@ def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
 
 @some_commands
 @every_command
-def test_requests_are_legal_where_the_commands_section_says_so(reading: Reading) -> None:
-    """The test uses values at and beside each limit, under each flag that changes the limit.
+def test_both_readings_accept_the_same_requests(reading: Reading) -> None:
+    """Both readings accept the same requests: values at and next to each limit, for each flag.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table
     """
@@ -137,8 +139,8 @@ def test_requests_are_legal_where_the_commands_section_says_so(reading: Reading)
 
 @some_commands
 @every_command
-def test_each_bit_alone_is_legal_where_the_commands_section_says_so(reading: Reading) -> None:
-    """Both readings agree for each single bit: fixed, unused, and exclusive bits.
+def test_both_readings_agree_on_each_single_bit(reading: Reading) -> None:
+    """Both readings agree whether each single bit is legal: fixed, unused, and exclusive bits.
 
     Source: remote command guide 4.2 to 4.9, rows of n+2 to n+30
     """
@@ -161,7 +163,7 @@ def test_each_bit_alone_is_legal_where_the_commands_section_says_so(reading: Rea
 
 
 @every_command
-def test_answers_have_the_values_that_the_commands_section_lists(reading: Reading) -> None:
+def test_answers_have_the_values_of_the_section(reading: Reading) -> None:
     """Source: remote command guide 4.2 to 4.9, legend of each normal end's table."""
     command = _command(reading)
     wrong: list[Difference] = []
@@ -187,7 +189,7 @@ def _command(reading: Reading) -> spec.Command:
 
 
 def _agree(reading: Reading, wrong: Sequence[Difference]) -> None:
-    """Fail if there are differences, with the places, values, and one request per place."""
+    """Fail if there are differences, and name the fields, the values, and one request per field."""
     found: dict[tuple[Place, bool], list[Difference]] = {}
     for each in wrong:
         found.setdefault((each.part, each.legal), []).append(each)
@@ -232,7 +234,7 @@ def _difference(part: Place, number: int, mine: str, theirs: str) -> Iterator[Di
 
 
 def _places(side: str, entry: spec.Field) -> Iterator[Place]:
-    """Return a field of the spec in the form of the second reading."""
+    """Return the places (word and bits) of a field of the spec, as in the second reading."""
     if entry.type == "bits":
         low, high = entry.bits
         yield Place(side, entry.at, low, high - low + 1)
@@ -243,7 +245,10 @@ def _places(side: str, entry: spec.Field) -> Iterator[Place]:
 
 
 def _tried(entry: Row) -> tuple[Place, ...]:
-    """Return the places of a row; for a text only the first, the second and the last place."""
+    """Return the places of a row to test.
+
+    Of a text, these are the first, second and last character.
+    """
     text = entry.places[0].kind == "t"
     return (*entry.places[:2], entry.places[-1]) if text else entry.places
 
@@ -251,7 +256,7 @@ def _tried(entry: Row) -> tuple[Place, ...]:
 def _selections(
     reading: Reading, command: spec.Command, entry: Row
 ) -> Iterator[list[tuple[Place, int]]]:
-    """Return the values to try for each place on which the row depends in either reading."""
+    """Return the values to test for each place on which the row depends in one of the readings."""
     on: dict[Place, list[Legal]] = {}
     for other, when, _ in entry.conditions:
         on.setdefault(other, []).append(when)
@@ -268,7 +273,7 @@ def _selections(
 
 
 def _candidates(part: Place, entry: Row, fields: Sequence[spec.Field]) -> list[int]:
-    """Return values worth trying: all if few, otherwise both sides of the limits and each bit."""
+    """Return values to test: all if they are few, else both sides of limits and each bit."""
     low, high = part.limits
     if part.width <= 6:
         return list(range(low, high + 1))
@@ -290,7 +295,7 @@ def _union(places: Iterator[Place] | Sequence[Place]) -> int:
 
 
 def _bits(mask: int) -> Iterator[tuple[int, int]]:
-    """Return word and bit of those bits that are 1 in n+2 to n+30."""
+    """Return word and number of each bit that is 1 in n+2 to n+30."""
     for k in range(1, WORDS):
         for bit in range(16):
             if mask >> (16 * k + bit) & 1:

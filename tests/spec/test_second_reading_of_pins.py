@@ -25,7 +25,7 @@ from structured_text.output.toml_files import load_toml
 FILES = {file.stem: file for file in LIBRARY}
 ENUMERATIONS = every_enumeration()
 MEANINGS: list[dict[str, Any]] = load_toml(FOLDER / "pins/meanings.toml")["rows"]
-#: Pins that each command block has besides those of its command.
+#: Pins that each command block has besides the pins of its command.
 _ALWAYS = {"Execute", "Enable", "RobotNumber", "Timeout"}
 
 
@@ -39,8 +39,8 @@ every_block_of_the_reading = pytest.mark.parametrize(
 )
 
 
-def test_the_types_and_blocks_are_those_of_the_tables() -> None:
-    """Neither side has an additional type or block."""
+def test_both_readings_have_the_same_types_and_blocks() -> None:
+    """The tables and the second reading have the same types and blocks."""
     odd = set(ENUMERATIONS) ^ set(library().enumerations)
     odd |= set(every_block()) ^ set(library().blocks)
     assert not odd, f"only in one of spec and second reading: {', '.join(sorted(odd))}"
@@ -48,7 +48,9 @@ def test_the_types_and_blocks_are_those_of_the_tables() -> None:
 
 @every_type
 def test_each_member_has_the_value_and_the_meaning_of_the_manuals_table(name: str) -> None:
-    """A type that chooses between commands has no values on the wire. Its members count from 0.
+    """Each member of a type has the value and the meaning of the manual.
+
+    A type that selects a command has no values on the wire. Its members count from 0.
 
     Source: the section that tests/spec/second_reading/pins/members.toml names.
     """
@@ -69,8 +71,8 @@ def test_each_member_has_the_value_and_the_meaning_of_the_manuals_table(name: st
 
 
 @every_type
-def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) -> None:
-    """The test reads the file that users compile, so each comment is next to the right member.
+def test_each_type_of_the_library_has_its_members_and_their_meanings(name: str) -> None:
+    """Each type in plc/lib has the members and, in comments, their meanings.
 
     Source: the section that tests/spec/second_reading/pins/members.toml names.
     """
@@ -86,8 +88,10 @@ def test_each_type_of_the_library_has_the_members_with_their_meaning(name: str) 
 
 
 @every_block_of_the_reading
-def test_each_member_chooses_the_command_of_the_section(block: Pins) -> None:
-    """The commands are in the order of the members. A block without a selector has one command.
+def test_each_member_selects_the_command_of_its_section(block: Pins) -> None:
+    """Each member of a selector type selects the command of its section.
+
+    The commands are in the order of the members. A block without a selector has one command.
 
     Source: the section that tests/spec/second_reading/pins/blocks.toml names.
     """
@@ -106,7 +110,9 @@ def _chosen(block: Pins) -> list[str]:
 
 @every_block_of_the_reading
 def test_the_inputs_and_their_defaults_are_those_of_the_reading(block: Pins) -> None:
-    """A default in the block's file counts. Without one, it is 0, FALSE, '' or the first member.
+    """Inputs and their defaults are those of the second reading.
+
+    Without a default in the file of the block, it is 0, FALSE, '' or the first member.
 
     Source: the section that tests/spec/second_reading/pins/blocks.toml names.
     """
@@ -134,9 +140,11 @@ def test_the_inputs_and_their_defaults_are_those_of_the_reading(block: Pins) -> 
 
 @every_block_of_the_reading
 def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block: Pins) -> None:
-    """Both ends of a range are legal, and the numbers beyond the ends are not.
+    """A range in the comment of a pin is the range of its section.
 
-    The range of an array is for its elements.
+    Both ends are legal, and the numbers beyond them are illegal.
+
+    The range of an array applies to its elements.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
     """
@@ -167,7 +175,10 @@ def _number(text: str) -> int:
 
 
 def _is_span(block: Pins, row: PinRow, low: int, high: int, *, zero: bool) -> bool:
-    """Return whether the section has this range; with `zero`, the comment explains 0."""
+    """Return whether the section has this range.
+
+    If `zero` is TRUE, the comment explains the value 0.
+    """
     if len(row.places) > 1:
         return high - low + 1 == len(row.places)
     return all(_is_legal(block, row, one) for one in (low, high)) and not any(
@@ -221,7 +232,9 @@ def _default(initial: object, kind: str) -> str:
 
 @pytest.mark.parametrize("number", range(len(MEANINGS)), ids=[_place(one) for one in MEANINGS])
 def test_each_value_of_a_field_means_what_the_commands_table_says(number: int) -> None:
-    """The meanings appear in `rcx decode` and docs/reference/commands.md.
+    """Each value of a field has the meaning that the table of the command gives.
+
+    The meanings appear in `rcx decode` and docs/reference/commands.md.
 
     Source: remote command guide 4.2 to 4.9, legend of each command's table.
     """
@@ -254,7 +267,7 @@ def test_every_field_with_values_has_its_meanings_in_the_reading() -> None:
 
 
 def _fields(command: Command) -> Iterator[tuple[str, Field]]:
-    """Return the fields by the place where they begin: `n+4`, or `n+2.1` for some bits."""
+    """Return a dictionary of fields by their first word or bit, such as `n+4` or `n+2.1`."""
     for side, fields in (("n", command.request), ("m", command.response)):
         for field in fields:
             low = f".{field.bits[0]}" if field.type == "bits" else ""

@@ -19,7 +19,7 @@ _KEYS = ("name", "name_ja", "cause", "remedy")
 
 
 def _odd(mine: Mapping[str, str], theirs: Mapping[str, Mapping[str, str]]) -> Iterator[str]:
-    """Return differences of names, and texts that lack their words."""
+    """Return the names that differ, and the texts without the words that they must contain."""
     for number in mine.keys() ^ theirs.keys():
         yield f"{number} is in one of table and reading only"
     for number in mine.keys() & theirs.keys():
@@ -44,8 +44,8 @@ def test_each_alarm_has_the_name_cause_and_remedy_of_the_manual() -> None:
 
 
 @pytest.mark.parametrize("name", every_block())
-def test_an_illegal_value_of_a_pin_has_the_error_id_of_its_kind(name: str) -> None:
-    """All values of RCX_RETURN_AXES are legal.
+def test_each_kind_of_illegal_pin_value_has_its_error_id(name: str) -> None:
+    """Each kind of illegal pin value has its ErrorID. All values of RCX_RETURN_AXES are legal.
 
     Source: docs/reference/errors.md, 16#8041 to 16#8046.
     """
@@ -63,8 +63,11 @@ def test_each_pin_of_the_reading_is_one_of_a_block() -> None:
     assert set(pins) <= there, set(pins) - there
 
 
-def test_what_a_text_names_of_the_reference_is_there() -> None:
-    """Such a name is `RCX_REF.Inner.Command.Holder`, as plc/lib/types declares it."""
+def test_every_field_of_rcx_ref_named_in_a_text_exists() -> None:
+    """A field of RCX_REF that a text names exists, for example `RCX_REF.Inner.Command.Holder`.
+
+    The types are declared in plc/lib/types.
+    """
     types = Path(__file__).parents[2] / "plc" / "lib" / "types"
     text = (Path(__file__).parents[2] / "spec" / "errors.toml").read_text(encoding="utf-8")
     named = set(re.findall(r"\bRCX_REF((?:\.[A-Za-z]\w*)+)", text, re.ASCII))

@@ -1,4 +1,4 @@
-"""The tables in spec/ agree with the manual's own figures."""
+"""The tables in spec/ agree with the tables and examples of the manual."""
 
 from __future__ import annotations
 
@@ -15,7 +15,9 @@ def _mask(found: tuple[spec.Signal, ...], byte: int) -> int:
 
 
 def test_dedicated_bits_are_those_of_the_profile() -> None:
-    """The unlisted bits of bytes 32 and 33 are reserved, and so are bytes 46 and 47.
+    """The dedicated bits are those of the manual. Other bits of bytes 32 and 33 are reserved.
+
+    Bytes 46 and 47 are reserved as well.
 
     Source: manual chapter 5, 1
     """
@@ -25,8 +27,11 @@ def test_dedicated_bits_are_those_of_the_profile() -> None:
     assert table.reserved_bytes == (46, 47)
 
 
-def test_a_signals_number_says_its_byte_and_bit() -> None:
-    """SO(02) is bit 2 of m+32, and SI(17) is bit 7 of n+33. Source: manual chapter 5, 1."""
+def test_the_number_of_a_signal_gives_its_byte_and_bit() -> None:
+    """The number of a signal gives its byte and bit: SO(02) is bit 2 of m+32, SI(17) bit 7 of n+33.
+
+    Source: manual chapter 5, 1.
+    """
     table = spec.signals()
     for signal in table.output + table.input:
         letters, port, bit = re.fullmatch(r"(S[OI])\((\d)(\d)\)", signal.signal).groups()  # type: ignore[union-attr]
@@ -92,7 +97,9 @@ def test_command_codes(name: str, shown: str, section: str) -> None:
 
 
 def test_commands_under_the_authority_of_the_programming_box() -> None:
-    """The check covers the commands in the table so far.
+    """Exactly the commands of the manual's list need the authority of the programming box.
+
+    The test checks the commands that are in the table.
 
     Source: remote command guide chapter 3, restrictions.
     """
@@ -103,8 +110,8 @@ def test_commands_under_the_authority_of_the_programming_box() -> None:
     assert allowed == listed & spec.commands().keys()
 
 
-def test_every_table_entry_is_sound() -> None:
-    """Fields do not overlap, lie in n+2 to n+30, and refer to fields that exist."""
+def test_the_fields_of_every_table_entry_are_consistent() -> None:
+    """The fields of a command do not overlap, lie in n+2 to n+30, and name existing fields."""
     for entry in spec.commands().values():
         for fields in (entry.request, entry.response):
             covered = [0] * 16
@@ -118,8 +125,8 @@ def test_every_table_entry_is_sound() -> None:
                     covered[k] |= part.mask
 
 
-def test_every_range_is_one_of_values_that_the_type_can_have() -> None:
-    """Words have 16 bits and double words have 32 bits."""
+def test_every_range_fits_into_the_type_of_its_field() -> None:
+    """Every range fits into the type of its field, which is a word or a double word."""
     least_and_most = {"u16": (0, 2**16 - 1), "s16": (-(2**15), 2**15 - 1)}
     least_and_most["s32"] = (-(2**31), 2**31 - 1)
     for entry in spec.commands().values():
@@ -130,7 +137,7 @@ def test_every_range_is_one_of_values_that_the_type_can_have() -> None:
 
 
 def test_encode_gives_the_printed_telegram() -> None:
-    """The example is a movement to point 19 at 50 %.
+    """The encoder gives the telegram that the guide prints: a movement to point 19 at 50 %.
 
     Source: remote command guide chapter 2, example.
     """
@@ -161,7 +168,7 @@ def test_decode_gives_back_what_was_encoded() -> None:
         ({}, 5, "cannot designate robot 5"),
     ],
 )
-def test_encode_refuses_what_the_manual_forbids(
+def test_encode_refuses_values_that_the_manual_does_not_allow(
     values: dict[str, int], robot: int, message: str
 ) -> None:
     """Source: remote command guide 4.2.1."""
@@ -180,9 +187,9 @@ def test_more_values_than_there_are_places_are_refused() -> None:
 
 
 def test_texts_and_real_numbers_have_their_places() -> None:
-    """Character "1" is in the lower byte.
+    """Texts and real numbers are encoded as in the guide. The first character is in the lower byte.
 
-    Spaces fill a text, and 0x00 ends it, also when it is read.
+    Spaces fill a text, and 0x00 ends a text that is read.
 
     Source: remote command guide chapter 1, 1.1; 4.6
     """
@@ -220,7 +227,7 @@ _NAMED = ("RegisterProgram", "ExecuteProgram", "StepProgram", "SkipProgram", "Ne
 
 
 def _text_words(first: tuple[int, ...], at: int, raw: bytes) -> list[int]:
-    """Return the 16 words, with some words at the beginning and a text from byte `at` on."""
+    """Return 16 words with these words at the beginning and this text from byte `at` on."""
     area = bytearray(32)
     for k, word in enumerate(first):
         area[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
@@ -248,10 +255,12 @@ def _text_words(first: tuple[int, ...], at: int, raw: bytes) -> list[int]:
         (b"MAIN\x80".ljust(16), "the character"),
     ],
 )
-def test_a_program_name_is_filled_up_with_one_character_only(
+def test_a_program_name_is_filled_with_one_kind_of_character(
     name: str, text: bytes, told: str
 ) -> None:
-    """A name has upper case letters, digits and underscores. A shorter name is filled.
+    """A program name shorter than 16 characters is filled with one kind of character only.
+
+    A name has upper case letters, digits and underscores.
 
     Source: manual, remote command guide 4.6.1 to 4.6.4: spaces in the text, 0x00 in the examples.
     """
@@ -274,7 +283,7 @@ def test_a_program_name_is_filled_up_with_one_character_only(
         (b"WAIT\x1f".ljust(16), "the character"),
     ],
 )
-def test_a_comment_has_spaces_and_is_filled_up_with_one_character_only(
+def test_a_comment_may_have_spaces_and_is_filled_with_one_kind_of_character(
     text: bytes, told: str
 ) -> None:
     """Source: manual, remote command guide 4.3.2: 0x20 to 0x7E; the example fills with 0x00."""
@@ -289,7 +298,7 @@ def test_encode_refuses_a_name_with_other_characters(text: str) -> None:
         spec.command("ExecuteProgram").encode({"method": 4, "program_name": text})
 
 
-def test_encode_fills_a_name_up_with_spaces() -> None:
+def test_encode_fills_a_name_with_spaces() -> None:
     """Source: manual, remote command guide 4.6.2: when shorter than 16 characters, use a space."""
     words = spec.command("ExecuteProgram").encode({"method": 4, "program_name": "MAIN"})
     assert words[6:14] == (0x414D, 0x4E49, *[0x2020] * 6)

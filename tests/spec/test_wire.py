@@ -1,4 +1,4 @@
-"""spec/wire agrees with a second reading of the manual: every number on the wire by hand."""
+"""spec/wire agrees with the manual: every number on the wire was taken from it by hand."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_the_assemblies_are_100_to_the_master_and_150_to_the_robot() -> None:
     assert wire.TO_ROBOT == 150
 
 
-def test_the_controller_looks_every_5_ms() -> None:
+def test_the_controller_reads_its_inputs_every_5_ms() -> None:
     """I/O update intervals are at least 5 ms, and the ON/OFF information is read every 5 ms.
 
     Source: manual chapter 1, 2; chapter 5, 4

@@ -26,7 +26,10 @@ except ModuleNotFoundError:
 
 
 def test_every_module_is_imported_where_the_harness_cannot_be() -> None:
-    """Source: docs/explanation/architecture.md, the packages."""
+    """Every module of the toolkit can be imported without rcx_harness.
+
+    Source: docs/explanation/architecture.md, the packages.
+    """
     command = [sys.executable, "-c", _EVERY_MODULE, str(_SUPPORT)]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
     assert done.stderr == ""
@@ -34,7 +37,9 @@ def test_every_module_is_imported_where_the_harness_cannot_be() -> None:
 
 
 def test_no_test_of_the_toolkit_imports_what_stands_above_it() -> None:
-    """`make test-toolkit` runs the tests of the toolkit alone.
+    """Tests of the toolkit do not import rcx_harness.
+
+    `make test-toolkit` runs these tests alone.
 
     Source: CONTRIBUTING.md, tests.
     """

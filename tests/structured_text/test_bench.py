@@ -35,7 +35,9 @@ def _stimulus(folder: Path, text: str) -> Path:
 
 
 def test_a_program_without_areas_runs_in_virtual_time(lamp: Path) -> None:
-    """The input is set before the scan at 0 ms. The sixth scan is 50 ms later.
+    """A program without areas runs in virtual time.
+
+    The input is set before the scan at 0 ms, and the sixth scan is at 50 ms.
 
     Source: IEC 61131-3, TON.
     """
@@ -57,7 +59,9 @@ def test_a_condition_that_comes_too_late_fails_the_test(lamp: Path) -> None:
 
 
 def test_a_stimulus_sets_inputs_for_a_time_and_stops_the_plc(lamp: Path, tmp_path: Path) -> None:
-    """The input is ON from 100 ms to 300 ms, and the lamp in the 15 scans from 150 ms to 290 ms.
+    """The stimulus sets the input from 100 ms to 300 ms.
+
+    The lamp is ON in the 15 scans from 150 ms to 290 ms.
 
     A warm start at 500 ms keeps the RETAIN variables.
 
@@ -105,7 +109,10 @@ def test_a_wrong_stimulus_has_its_line(lamp: Path, tmp_path: Path, text: str, me
 
 
 def test_each_run_gives_the_same_trace(lamp: Path, tmp_path: Path) -> None:
-    """Source: docs/reference/trace.md."""
+    """Two runs write the same trace.
+
+    Source: docs/reference/trace.md.
+    """
     files = [tmp_path / name for name in ("first.jsonl", "second.jsonl")]
     for file in files:
         with Bench.build(lamp, engine="builtin", watch="Main.Go,Main.Lamp", trace=file) as bench:
@@ -119,7 +126,7 @@ def test_each_run_gives_the_same_trace(lamp: Path, tmp_path: Path) -> None:
     assert files[0].read_bytes() == files[1].read_bytes()
 
 
-def test_a_trace_does_not_go_over_the_program(lamp: Path) -> None:
+def test_a_trace_cannot_overwrite_the_program(lamp: Path) -> None:
     with pytest.raises(InputError, match="would be overwritten, but it is an input"):
         Bench.build(lamp, engine="builtin", trace=lamp)
     assert lamp.read_text(encoding="utf-8") == _LAMP
@@ -138,7 +145,7 @@ def test_a_bench_goes_back_to_a_snapshot(lamp: Path) -> None:
         assert (list(bench.trace), bench["Main.Count"], bench.now_us) == after
 
 
-def test_a_closed_bench_says_so(lamp: Path) -> None:
+def test_a_closed_bench_reports_that_it_is_closed(lamp: Path) -> None:
     with Bench.build(lamp, engine="builtin") as bench:
         bench.scan()
     with pytest.raises(InputError, match="the bench is closed"):
@@ -162,7 +169,10 @@ def test_a_program_takes_blocks_of_a_library_that_is_named(tmp_path: Path) -> No
 
 
 def test_a_bench_is_debugged_forwards_and_backwards(lamp: Path) -> None:
-    """A run of 60 ms has the scans at 0 to 50 ms. Source: docs/how-to/debug.md."""
+    """A run of 60 ms with six scans can be stepped forwards and backwards.
+
+    Source: docs/how-to/debug.md.
+    """
     machine = BenchMachine(Bench.build(lamp, engine="builtin"), 60_000, "60ms")
     machine.bench["Main.Go"] = True
     before = machine.snapshot()

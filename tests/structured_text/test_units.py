@@ -1,4 +1,4 @@
-"""Durations are read as written by people, in ST and in Python."""
+"""Durations are read as people write them, as ST literals, and from Python values."""
 
 from __future__ import annotations
 
@@ -53,7 +53,9 @@ def test_a_duration_is_whole_microseconds(given: str | int | timedelta, expected
         (timedelta(seconds=-1), "a duration cannot be negative: -1000000 us"),
     ],
 )
-def test_anything_else_is_one_message(given: str | int | timedelta, message: str) -> None:
+def test_any_other_text_is_refused_as_a_duration(
+    given: str | int | timedelta, message: str
+) -> None:
     with pytest.raises(InputError) as refused:
         parse_us(given)
     assert str(refused.value).startswith(message)

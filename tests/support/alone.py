@@ -11,8 +11,8 @@ from structured_text.engines.base import Value
 class Alone:
     """A program that calls one block of the library, its instance `Block`, once in each scan.
 
-    The program increments the scan number. A job counts as called in its scan while `Placed` is
-    TRUE.
+    The program increments the block's scan number. For FB_RcxJob, `Placed` says whether the job is
+    called inside of a scan.
 
     Args:
         block: The block's type.
@@ -46,7 +46,7 @@ class Alone:
         self._program.write(f"Main.{path}", value)
 
     def restart(self) -> None:
-        """Go back to the state before the first scan."""
+        """Restore the state before the first scan."""
         self._program.restore(self._start)
 
     def scan(self, now_ms: int) -> None:

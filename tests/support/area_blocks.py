@@ -1,4 +1,7 @@
-"""FB_AxisArea and FB_WorkArea with a valid and recent position."""
+"""Benches for the blocks FB_AxisArea and FB_WorkArea.
+
+Each begins with a valid and recent position.
+"""
 
 from __future__ import annotations
 
@@ -14,7 +17,10 @@ def _block(name: str, engine: str) -> Alone:
 
 
 class _Area:
-    """An area with a valid and recent position; missing elements of a list are zeros."""
+    """An area block with a valid and recent position.
+
+    A list that is too short is filled with zeros.
+    """
 
     block = position = ""
     zero: float = 0

@@ -1,4 +1,4 @@
-"""A PLC that has each block twice, for an image of bytes and of words; both must agree."""
+"""A PLC with two versions of each block, for images of bytes and of words. Both must agree."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _TWINS = (*_SINGLES, *_READERS, *_WRITERS)
 
 
 class AreasBench(PlcBench):
-    """The program Areas.st, in which a block and its twin get the same pins.
+    """The program Areas.st, in which a block for bytes and its twin for words get the same pins.
 
-    The twin's name ends in W. After every scan the images, the robots and all pins of the twins are
-    compared, unless `alike` is False (for an odd offset).
+    The twin's name ends in W. After every scan the bench compares the images, the robots and all
+    pins of the twins, unless `alike` is False (for an odd offset).
     """
 
     def __init__(self, *, size: int = 48, m: int = 0, n: int = 0, alike: bool = True) -> None:
@@ -36,7 +36,7 @@ class AreasBench(PlcBench):
             super().__setitem__(f"{block}W{dot}{rest}", value)
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; before each, copy the area `so` into both input images."""
+        """Run scans. Before each scan, copy the area `so` into both input images."""
         for _ in range(count):
             image = bytearray(self.program.read_bytes("Main.InputWords"))
             image[self.m : self.m + len(self.so)] = self.so
@@ -58,7 +58,7 @@ class AreasBench(PlcBench):
         return self[f"{block}.ErrorID"]
 
     def read(self, block: str, **pins: Value) -> tuple[Value, Value, Value]:
-        """Scan once with these pins of a reading block, and return its Value, Valid and ErrorID."""
+        """Set these pins of a reading block, scan once, and return its Value, Valid and ErrorID."""
         for name, value in pins.items():
             self[f"{block}.{name}"] = value
         self.scan()
@@ -67,7 +67,7 @@ class AreasBench(PlcBench):
 
     @property
     def word_image(self) -> bytes:
-        """Return the whole output image of words, the lower byte first."""
+        """Return the output image of words as bytes, the lower byte of each word first."""
         return self.program.read_bytes("Main.OutputWords")
 
     def fill(self, pattern: int) -> None:

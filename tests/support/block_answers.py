@@ -43,7 +43,7 @@ def answered(block: Block, chance: random.Random) -> dict[str, FieldValue]:
 def in_words(
     block: Block, fields: Mapping[str, FieldValue], chance: random.Random
 ) -> tuple[int, ...]:
-    """Return the 15 response words. Bits without a field are random; the block must ignore them."""
+    """Return the 15 response words. Bits that belong to no field are random."""
     words = list(block.commands[0].respond(fields))
     for k in range(1, WORDS):
         covered = 0
@@ -99,7 +99,10 @@ def _blank(pin: Output) -> Value:
 
 
 def _number(part: Field, chance: random.Random, as_int: bool) -> int:
-    """Return a legal number; without limits in the manual, a number that the output can show."""
+    """Return a legal number.
+
+    If the manual has no limits, return a number that the output can show.
+    """
     if part.values:
         return chance.choice(list(part.values))
     if part.range:

@@ -42,7 +42,7 @@ def pattern(value: float) -> int:
 
 
 def members(kind: str) -> Sequence[Member]:
-    """Return the members of an enumeration, or nothing for another type."""
+    """Return the members of an enumeration type, or an empty sequence for other types."""
     return _KINDS[kind].members if kind in _KINDS else ()
 
 
@@ -81,7 +81,7 @@ class Reading:
         return [value] * ARRAYS[pin.type].count if pin.type in ARRAYS else value
 
     def code(self, pins: Pins) -> int:
-        """Return word n of the telegram."""
+        """Return word n of the telegram: the command code with the robot number."""
         command = self.command
         if self.block.select:
             names = [one.name for one in members(self.block.select.type)]
@@ -103,7 +103,7 @@ class Reading:
         return every
 
     def _counts(self, fields: Fields, pin: Input) -> bool:
-        """Return whether the pin has an effect, given the fields of the pins before it."""
+        """Return whether the pin has an effect. `fields` has the values of the pins before it."""
         if pin.when:
             name, low, high = pin.when
             value = fields[name]
@@ -157,7 +157,7 @@ class Reading:
         return {**pins, **given}
 
     def edges(self, chance: random.Random) -> Iterator[Pins]:
-        """Return telegrams in which every pin has each of its limits, or each of a few values."""
+        """Return pin values in which each pin takes each of its limits, or each of a few values."""
         for name in ["RobotNumber"] * self.command.robot:
             yield from (self.draw(chance, {name: number}) for number in range(5))
         for member in members(self.block.select.type) if self.block.select else ():
@@ -169,7 +169,7 @@ class Reading:
                     yield self.draw(chance, {**forced, pin.pin: value})
 
     def _room(self, pin: Input, others: Pins) -> int | None:
-        """Return the largest factor for which the product with the other factors is legal."""
+        """Return the largest value of this factor for which the product of all factors is legal."""
         limits = self.command.product
         if not limits or pin.to[0] not in limits.fields:
             return None
@@ -177,7 +177,7 @@ class Reading:
         return int(limits.range[1] // math.prod(factors))
 
     def _contexts(self, pin: Input) -> Iterator[tuple[Pins, Fields]]:
-        """Return the values of the pins on which this pin depends, with the resulting fields."""
+        """Return each value of the pin on which this pin depends, with the resulting fields."""
         part = self.requests[pin.to[0]]
         names = {name for name in (part.by, pin.when and pin.when[0]) if name and name != pin.flag}
         names -= self.block.only.keys() - self.filler.keys()  # each block has a fixed value here
@@ -195,7 +195,7 @@ class Reading:
     def _legal(
         self, fields: Fields, pin: Input, chance: random.Random, room: int | None
     ) -> list[Value]:
-        """Return the lowest and highest legal values and some between, or all of a few values."""
+        """Return legal values of a pin: all if there are few, else the limits and some between."""
         if pin.type in ARRAYS:
             count = ARRAYS[pin.type].count
             every = self._legal_scalars(fields, pin, chance, room)
@@ -235,7 +235,7 @@ class Reading:
         return values
 
     def _wrong_member(self, pin: Input, name: str) -> bool:
-        """Return whether the member of the enumeration is not a value of the command's field."""
+        """Return whether this member of the enumeration is illegal in the command's field."""
         if len(pin.to) > 1:
             return False
         known = self.requests[pin.to[0]].values
@@ -243,7 +243,7 @@ class Reading:
         return bool(known) and value not in known
 
     def _pairs(self, fields: Fields, pin: Input) -> list[Pair]:
-        """Return the ranges of legal values of a numeric pin, in steps of the telegram's field."""
+        """Return the ranges of legal values of a numeric pin, in the unit of the field."""
         part, kind = self.requests[pin.to[0]], _element(pin.type)
         if pin.range:
             return intervals(pin.range)
@@ -304,7 +304,7 @@ class Reading:
             known = _characters(part)
             strange = [chr(code) for code in range(1, 128) if chr(code) not in known + " "]
             inner = [] if " " in known else [" A", "A A", "A" * (part.length - 2) + " A"]
-            yield from ((text, error) for text in inner)  # a space at its end fills it
+            yield from ((text, error) for text in inner)  # a space at the end is a filler
             yield from (("A" * length, error) for length in (part.length + 1, 60))
             yield from ((text, error) for text in strange)
             yield from (("A" * (part.length - 1) + text, error) for text in strange[::8])
@@ -326,7 +326,7 @@ class Reading:
     def _illegal_reals(
         self, fields: Fields, pin: Input, part: Field, error: int
     ) -> Iterator[tuple[Value, int]]:
-        """Return values just beyond the limits and far beyond, with their ErrorID.
+        """Return values just beyond the limits and far beyond them, each with its ErrorID.
 
         The ErrorID is 16#8047 if the field has no limits.
         """
@@ -340,12 +340,12 @@ class Reading:
 
 
 def _only(part: Field, sent: Sequence[int] | None) -> Field:
-    """Return the field with only those values that this block sends."""
+    """Return the field, restricted to the values that this block sends."""
     return part if sent is None else replace(part, values={k: part.values[k] for k in sent})
 
 
 def _characters(part: Field) -> str:
-    """Return the characters that are legal in a text."""
+    """Return the characters that are legal in a text field."""
     limits = part.range or next(iter(part.ranges.values()), (0x20, 0x7E))
     return "".join(chr(code) for low, high in intervals(limits) for code in range(low, high + 1))
 
@@ -359,7 +359,7 @@ def _natural(part: Field, signed: bool) -> Pair:
 
 
 def _coded(pin: Input, part: Field, value: Value, scale: float) -> int:
-    """Return one number of a field for the value of a pin."""
+    """Convert the value of a pin into the number in the telegram's field."""
     number = value
     if members(_element(pin.type)):
         number = next(one.value for one in members(_element(pin.type)) if one.name == value)

@@ -8,7 +8,7 @@ from structured_text.engines.load import why_not
 
 
 def needs(engine: str) -> pytest.MarkDecorator:
-    """Skip a test if an engine is not installed."""
+    """Return a mark that skips a test if this engine is not installed."""
     reason = why_not(engine)
     return pytest.mark.skipif(bool(reason), reason=reason)
 

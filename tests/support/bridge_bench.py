@@ -82,7 +82,7 @@ class BridgeBench:
         self.last: Actions | None = None
 
     def step(self, steps: int = 1) -> None:
-        """Let scans of the PLC pass, and run bridge and robot in the meantime."""
+        """Run scans of the PLC, and run the bridge and the robot in the meantime."""
         for _ in range(steps):
             self.now_us += _SCAN_US
             with self.plc.between_scans() as holds:
@@ -95,12 +95,12 @@ class BridgeBench:
             self._packets(actions.to_robot)
 
     def until(self, what: Callable[[], bool], most: int = 500) -> None:
-        """Let scans pass until the condition holds."""
+        """Run scans of the PLC until the condition holds, at most `most`."""
         for _ in range(most):
             if what():
                 return
             self.step()
-        raise AssertionError(f"not in {most} scans; {self.loop.state}: {self.loop.reason}")
+        raise AssertionError(f"not within {most} scans; {self.loop.state}: {self.loop.reason}")
 
     def close(self) -> None:
         """End everything."""
@@ -118,7 +118,10 @@ class BridgeBench:
         self.close()
 
     def _packets(self, to_robot: bytes) -> None:
-        """Wait until both areas have arrived, as long as there is a connection."""
+        """Wait until the areas of both directions have arrived.
+
+        Without a connection, return at once.
+        """
         for _ in range(_MOST_POLLS):
             seen = self.robot.read()
             if not isinstance(seen, bytes):
@@ -127,4 +130,4 @@ class BridgeBench:
             if there and seen == self.adapter.shared.to_master.read():
                 return
             self._pause.wait(_PAUSE_S)
-        raise AssertionError("the packets do not come")
+        raise AssertionError("the packets of a step did not arrive")

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _CHROMIUM = shutil.which("chromium") or shutil.which("google-chrome")
 _DRIVER = shutil.which("chromedriver")
 
-#: Skips tests that need a browser if none is installed.
+#: Mark for tests that need a browser. They are skipped if no browser is installed.
 NEEDS_BROWSER = pytest.mark.skipif(
     not (_CHROMIUM and _DRIVER), reason="chromium and chromedriver are not installed"
 )
@@ -27,7 +27,7 @@ NEEDS_BROWSER = pytest.mark.skipif(
 def chromium(width: int, height: int, *logs: str) -> Iterator[WebDriver]:
     """Start Chromium with this window size.
 
-    `logs` names logs to record besides the log of the page.
+    `logs` names further logs of Chromium that are recorded besides the log of the page.
     """
     from selenium import webdriver
     from selenium.webdriver.chrome.service import Service

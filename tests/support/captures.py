@@ -24,7 +24,7 @@ def _address(text: str) -> bytes:
 
 
 def ip(source: str, destination: str, protocol: int, payload: bytes, fragment: int = 0) -> bytes:
-    """Return an IPv4 packet with the checksum 0, as for network cards that compute it."""
+    """Return an IPv4 packet with the checksum 0, as captured if the network card computes it."""
     head = struct.pack(">BBHHHBBH", 0x45, 0, 20 + len(payload), 7, fragment, 64, protocol, 0)
     return head + _address(source) + _address(destination) + payload
 
@@ -173,7 +173,10 @@ class Story:
         self._sequence[way] += len(data)
 
     def open(self, t_us: int, **fields: str) -> None:
-        """Add a Forward Open and its answer at a time [us]: 48 bytes, 10 ms, 16 intervals."""
+        """Add a Forward Open and its answer at a time [us].
+
+        The sizes are 48 bytes, the RPI is 10 ms, and the time-out is 16 intervals.
+        """
         o_to_t, t_to_o = (identifier.to_bytes(4, "little").hex() for identifier in self.ids)
         if self.group:
             fields = {"t_to_o": "3228", **fields}
@@ -185,7 +188,7 @@ class Story:
         self._counts = {"to": 0, "from": 0}
 
     def refuse(self, t_us: int, words: str) -> None:
-        """Add a Forward Open at a time [us], and the answer that refuses it with this status."""
+        """Add a Forward Open at a time [us], and an answer that refuses it with this status."""
         self.message(t_us, bytes.fromhex(forward_open(triad=self.triad)))
         self.message(t_us + 500, refused(words, triad=self.triad), to=False)
 
@@ -226,5 +229,5 @@ class Story:
         self.packets.append((t_us, udp(source, destination, payload)))
 
     def frames(self, link: int = ETHERNET, tags: Sequence[int] = ()) -> list[Timed]:
-        """Return all packets as a capture of this link type has them."""
+        """Return all packets with their times, each with the header of this link type."""
         return [(t_us, framed(packet, link, tags)) for t_us, packet in self.packets]

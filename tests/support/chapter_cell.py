@@ -1,4 +1,4 @@
-"""A cell for tests of the manual's sentences: the library's blocks, a robot, and the history."""
+"""A cell for tests of sentences in the manual: library blocks, a robot and a signal history."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from structured_text.engines.base import Program, Value
 
 
 def steps_once(*steps: str) -> dict[str, Any]:
-    """Return the properties of a robot with a program that runs these steps once."""
+    """Return the properties of a robot whose program runs these steps once."""
     return {"programs": (RobotProgram(steps=steps, loop=False),)}
 
 
@@ -41,7 +41,7 @@ class ChapterCell:
         self.cell.run(duration)
 
     def run_short_program(self) -> None:
-        """Start a program that ends before SO(13) can be seen."""
+        """Start a program that ends before the PLC can read SO(13) ON."""
         self.settle()
         self["AutoStart.Timeout"] = "T#200ms"
         self.execute("AutoStart")
@@ -60,7 +60,7 @@ class ChapterCell:
         self.cell.run_until(lambda: self.on(output) is on, within="3s")
 
     def execute(self, block: str, within: str = "8s") -> int:
-        """Give Execute a rising edge, wait for the end, reset Execute and return the ErrorID."""
+        """Run a block to its end by an edge of Execute, reset Execute, and return the ErrorID."""
         self[f"{block}.Execute"] = True
         ended = (f"{block}.Done", f"{block}.Error")
         self.cell.run_until(lambda: any(self[path] is True for path in ended), within=within)
@@ -76,7 +76,7 @@ class ChapterCell:
         return self.execute("ReturnToOrigin")
 
     def settle(self) -> ChapterCell:
-        """Power on, and wait until SI(00) and SI(06) are ON and answered."""
+        """Power on, and wait until SI(00) and SI(06) are ON and the robot has answered them."""
         self.cell.run_until(lambda: self["Robot.Settled"] is True, within="2s")
         self.run("200ms")
         return self
@@ -95,12 +95,15 @@ class ChapterCell:
         return self
 
     def from_now(self) -> int:
-        """Wait until the cell is idle, and return the time from which `steps` should begin."""
+        """Wait until the cell is idle, and return the time for a later call of `steps`."""
         self.run("500ms")
         return self.cell.now_us
 
     def steps_of(self, block: str) -> list[str]:
-        """Run a block to its end without an error; return the changes until the cell is idle."""
+        """Run a block to its end without an error.
+
+        Return the signal changes until the cell is idle.
+        """
         since = self.from_now()
         assert self.execute(block) == 0
         self.from_now()
@@ -111,7 +114,7 @@ class ChapterCell:
         return [alarm.number for alarm in self.robot.alarms.active]
 
     def steps(self, since_us: int) -> list[str]:
-        """Return the changes of signals at the controller after a time: `SI01 ON`, `SO02 ON`.
+        """Return the signal changes at the controller after a time, as `SI01 ON`, `SO02 ON`.
 
         Outputs that change in the same controller cycle share an entry, and so do inputs.
         """

@@ -1,4 +1,4 @@
-"""A PLC with many command blocks, of which it calls one; the test plays the controller."""
+"""A PLC with many command blocks. It calls one of them, and the test plays the controller."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ class CommandBench(PlcBench):
         with tempfile.TemporaryDirectory() as folder:
             program = Path(folder) / "Bench.st"
             program.write_text(_program(names), encoding="utf-8")
-            # tests/contract checks the contract; a restore would confuse the monitor here
+            # `choose` restores a snapshot, which would confuse the contract monitor
             super().__init__(program=program, engine=engine, contract=False)
         self.power_up()
         self._start = self.program.snapshot(), self.now_us, bytes(self.so)
@@ -77,9 +77,9 @@ class CommandBench(PlcBench):
             self[f"{_instance(self._block)}.{name}"] = value
 
     def send(self, pins: Mapping[str, Value]) -> list[int]:
-        """Set pins, give a rising edge, and return the 16 words once the code is on the wire.
+        """Set pins, raise Execute, and return the 16 words once the code is on the wire.
 
-        Before that, the words contain data of another command.
+        Before the edge, all data words are 16#FFFF, as after another command.
         """
         self["Robot.Inner.Data"] = [0xFFFF] * 15
         self.set({**pins, "Execute": True})
@@ -93,7 +93,7 @@ class CommandBench(PlcBench):
         self.scan()
 
     def finish(self) -> None:
-        """Reset Execute in the PLC, and let the controller become ready."""
+        """Reset Execute and the status, and check that the code is withdrawn."""
         self.set({"Execute": False})
         self.answer(0)
         self.scan(2)
@@ -114,7 +114,7 @@ def _build(first: int, engine: str) -> CommandBench:
 
 
 def bench_of(name: str, engine: str) -> CommandBench:
-    """Return a bench that calls the generated block of this name; the program is compiled once."""
+    """Return a bench that calls the generated block of this name. Each program is compiled once."""
     place = list(BLOCKS).index(name)
     bench = _build(place - place % _TOGETHER, engine)
     bench.choose(name)

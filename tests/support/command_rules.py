@@ -26,8 +26,8 @@ class RobotView:
         status: The remote status.
         alarm: The first two words of the response.
         out: Whether a code has been on the wire since the last scan.
-        running: Whether a status has answered the code.
-        channel: The turns of the command channel.
+        running: Whether the status has answered the code on the wire.
+        channel: The command channel: which job may send next.
         asking: The block that requests its command in this scan.
     """
 
@@ -110,7 +110,7 @@ class CommandRule:
             view.asking = self
 
     def _ends(self, view: RobotView, skipped: bool) -> int | None:
-        """Return the ErrorID of a job that ends in this scan, 0 for Done, or None to continue."""
+        """Return the ErrorID if the job ends in this scan (0 for Done), or None if it continues."""
         late = self._limit > 0 and self._since is not None
         late = late and view.now - (self._since or 0) >= self._limit
         fallen = view.status == 0 and view.running

@@ -1,6 +1,7 @@
-"""A block between FB_ReadArea and FB_WriteArea runs its cases; the test plays the robot.
+"""A bench that runs all contract cases of a block between FB_ReadArea and FB_WriteArea.
 
-Every scan is checked by rcx_harness.watch.contract.ContractMonitor and by contract_rules.Rules.
+The bench plays the robot. rcx_harness.watch.contract.ContractMonitor and contract_rules.Rules check
+every scan.
 """
 
 from __future__ import annotations
@@ -33,9 +34,9 @@ from structured_text.engines import build
 from structured_text.engines.base import Program
 from structured_text.projects.needed import needed
 
-#: Longest time from the end of the last wait to a block's end, including input pacing [scans].
+#: Longest time from a block's last wait to its end, with the interval of input changes [scans].
 _MOST_END_SCANS = 30
-#: Longest time until all requests are withdrawn and no block has the turn [scans].
+#: Longest time until all requests are withdrawn and no block uses a channel [scans].
 _MOST_RELEASE_SCANS = 45
 #: Number of scans in which a level block is enabled.
 _ENABLED = 18
@@ -61,7 +62,7 @@ _STARTS: dict[str, Start] = {
 }
 #: Sequences that begin while another block holds SI(00) or SI(06) OFF.
 _HELD = {"FB_ServoOnFromEmergencyStop": "HoldEmergency", "FB_ProgramContinue": "HoldStop"}
-#: Codes of blocks that contain other command blocks. Each of these sends one command here.
+#: Codes of blocks that contain other command blocks. On this bench, each run sends one command.
 _CODES = {
     "FB_MoveTable": {0x0001},
     "FB_PointBackup": {0x101},
@@ -69,7 +70,7 @@ _CODES = {
     "FB_Override": {0x039, 0x50A},
     "FB_ToolPosition": {0x506},
 }
-#: Scans in which a block checks its inputs before it sends a command.
+#: Number of scans in which a block checks its inputs before it sends a command.
 _SCANS_BEFORE_CODE = {
     "FB_MoveTable": 1,
     "FB_PickPlace": 1,
@@ -109,7 +110,7 @@ END_PROGRAM
 
 
 class ContractBench:
-    """A block that is ready to start.
+    """A bench with one block that is ready to start.
 
     Args:
         block: Type of the block.
@@ -195,13 +196,13 @@ class ContractBench:
 
     @property
     def _judged(self) -> bytes:
-        """Return the written area without the general-purpose words and bits of the block."""
+        """Return the written area. General-purpose words and bits that the block may use are 0."""
         if self.block not in _GENERAL:
             return self._si
         return self._si[:4] + bytes(12) + self._si[16:34] + bytes(1) + self._si[35:]
 
     def _scan(self, execute: bool) -> Pins:
-        """Run one scan and check it."""
+        """Run one scan, check all rules, and return the block's outputs."""
         if execute is not self._execute:
             self.program.write(self._pin, execute)
             self._execute = execute
@@ -256,7 +257,7 @@ class ContractBench:
                 ended = scan
                 self._expect(case, pins)
             if scan > limit + max(ended, 0):
-                self._fail(f"it hangs: Busy for more than {limit} scans")
+                self._fail(f"the block hangs: Busy for more than {limit} scans")
             if self.subject.level and ended >= 0:
                 break
             scan += 1
@@ -269,9 +270,9 @@ class ContractBench:
         if case.signal:
             wrong = {"normal": pins.error, "late": pins.error, "never": pins.done}
             if not self.subject.level and wrong.get(case.shown):
-                self._fail(f"the end is {pins}, the answer was {case.shown}")
+                self._fail(f"the block ended with {pins}, but the answer was {case.shown}")
         elif not self.subject.level and pins.error_id != case.fate.error:
-            self._fail(f"the end is {pins}, expected 16#{case.fate.error:04X}")
+            self._fail(f"the block ended with {pins}, expected 16#{case.fate.error:04X}")
         elif case.pattern is HELD and case.fate is FATES[0] and not pins.done:
             self._fail(f"{pins} instead of Valid")
 
@@ -280,7 +281,7 @@ class ContractBench:
         return SCENARIOS[self.block].waits if self.block in SCENARIOS else 1
 
     def _come_to_rest(self, case: Case) -> None:
-        """Reset Execute, remove all causes, and check that nothing starts and no turn is taken."""
+        """Reset Execute, remove all faults, and check that nothing starts and no job waits."""
         case.event.set(self, False)
         self.player.be_normal()
         self.connected, self.safe = True, (True, True)
@@ -293,7 +294,7 @@ class ContractBench:
             if free and not bits & REQUESTS and not any(self._judged[:32]) and not any(pins):
                 break
         else:
-            self._fail(f"not at rest {_MOST_RELEASE_SCANS} scans after the causes have gone")
+            self._fail(f"not idle {_MOST_RELEASE_SCANS} scans after all faults are removed")
         for _ in range(3):
             self._scan(False)
         self._rules.quiet = False
@@ -307,7 +308,7 @@ class ContractBench:
             if self._scan(True).done:
                 break
         else:
-            self._fail(f"{self.pins} instead of Done, once all is well again")
+            self._fail(f"{self.pins} instead of Done after all faults are removed")
         self._scan(False)
 
     def _fail(self, text: str) -> NoReturn:
@@ -328,7 +329,7 @@ def _told(so: bytes, si: bytes, execute: bool, pins: Pins) -> str:
 def _pins(program: Program, block: str) -> Callable[[], Pins]:
     """Return a function that reads the outputs.
 
-    FB_Status has no Busy; the last three are optional.
+    FB_Status has no Busy. Active and the two alarm outputs are optional.
     """
     names = ["Done" if block in library().edge else "Valid", "Error", "ErrorID", "Active"]
     there = list(takewhile(library().pins[block].__contains__, [*names, *_ALARM]))

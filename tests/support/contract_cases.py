@@ -1,4 +1,4 @@
-"""The cases of every block: all combinations of Execute patterns, answers and moments."""
+"""The contract cases of every block: all combinations of Execute patterns, answers and moments."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
     from contract_bench import ContractBench
 
 
-#: Maps the scan, and the scan in which the block ended (-1: not yet), to Execute.
+#: Calculates Execute from the scan and the scan in which the block ended (-1: not yet).
 Shape = Callable[[int, int], bool]
 
 
@@ -24,7 +24,7 @@ class Pattern(NamedTuple):
 
 
 def _while_busy(shape: Callable[[int], bool]) -> Shape:
-    """Return `shape` until the block ends. If it is TRUE then, it stays TRUE for two more scans."""
+    """Return a pattern that follows `shape`, at most until two scans after the block's end."""
     return lambda scan, ended: shape(scan) and (ended < 0 or scan <= ended + 2)
 
 
@@ -35,7 +35,7 @@ TOGGLED = Pattern("toggled every scan", lambda scan, ended: scan % 2 == 0 and en
 AT_THE_END = Pattern(
     "raised in the scan after the end", lambda scan, ended: scan == 0 or 0 <= ended == scan - 1
 )
-#: Delays of the controller's answers [scans].
+#: Delays of the controller's answers that the cases use [scans].
 _DELAYS = (0, 2)
 #: In a sequence of this length or more, the patterns alternate [scans].
 _LONG = 20
@@ -109,10 +109,10 @@ class Case(NamedTuple):
     """One run of one block.
 
     Attributes:
-        pattern: The course of Execute.
-        fate: The course of a remote command.
-        signal: The output with the answer, to which `shown` applies; empty for none.
-        shown: The way in which this output is shown.
+        pattern: The values of Execute over the scans.
+        fate: The controller's answers to a remote command over the scans.
+        signal: The dedicated output that answers the block; empty if a command does.
+        shown: How the controller shows this output, one of SIGNAL_FATES.
         delay: Delay of the controller's answers [scans].
         event: An additional event in the cell.
         at: Scan of the event, counted from the rising edge of Execute.
@@ -152,7 +152,7 @@ def sequence_cases(signals: Sequence[str], length: int) -> list[Case]:
 def level_cases(signal: str) -> list[Case]:
     """Return the cases of a level block.
 
-    `signal` is its answering output, or `Status` for a command.
+    `signal` is the output that answers the block, or `Status` for a command.
     """
     patterns = [HELD, ONE_SCAN, TOGGLED, *map(_dropped, range(2, 12))]
     events = [
@@ -166,7 +166,7 @@ def level_cases(signal: str) -> list[Case]:
 
 
 def one_of_each_kind(cases: Sequence[Case]) -> list[Case]:
-    """Return one case for each answer and each event: the middle case of each kind."""
+    """Return one case for each answer and each event, taken from the middle of its cases."""
     kinds: dict[object, list[Case]] = {}
     for case in cases:
         kind = (case.fate.name, case.signal, case.shown, case.event.name)

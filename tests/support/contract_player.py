@@ -6,14 +6,14 @@ from collections import deque
 from collections.abc import Sequence
 from typing import NamedTuple
 
-#: Longer than the Timeout of the blocks, shorter than twice the Timeout [scans].
+#: Delay of an answer that comes after the blocks' Timeout, but before twice the Timeout [scans].
 TOO_LATE = 14
 
 _ENDLESS = 1 << 30
 
 
 class Fate(NamedTuple):
-    """The course of a remote command.
+    """The controller's answers to a remote command over the scans.
 
     Attributes:
         name: Name of the case for messages.
@@ -38,7 +38,7 @@ class Fate(NamedTuple):
 
 _ALARM = (12, 600)
 
-#: Possible fates of a command.
+#: Possible courses of the answers to a command.
 FATES = (
     Fate("normal"),
     Fate("normal, by 0x0100", running=2),
@@ -60,7 +60,7 @@ FATES = (
     Fate("not ready for too long", stale=TOO_LATE, error=0x8015),
 )
 
-#: Possible fates of a dedicated output that answers.
+#: Ways in which the controller shows a dedicated output that answers a block.
 SIGNAL_FATES = ("normal", "late", "too late", "never", "withdrawn", "flickering")
 
 _LATE = 3
@@ -117,9 +117,9 @@ class Player:
 
         Args:
             start: State of the controller at the beginning.
-            fate: The course of commands.
+            fate: The controller's answers to commands.
             signal: The dedicated output to which `shown` applies; empty for none.
-            shown: The way in which that output is shown, one of SIGNAL_FATES.
+            shown: How the controller shows that output, one of SIGNAL_FATES.
             delay: Number of scans by which the PLC's data arrive late.
         """
         self._bits = self._first = start.word
@@ -152,7 +152,7 @@ class Player:
         self.cpu_ok = self.auto = True
 
     def step(self, si: bytes, connected: bool) -> bytes:
-        """Return the area that the PLC reads next. Without a connection, nothing is exchanged."""
+        """Take the area that the PLC has written, and return the area that it reads next."""
         now = (0, 0, 0, 0, 0, 0)
         if connected:
             head = si[0] | si[1] << 8, si[2] | si[3] << 8, si[32] | si[33] << 8
@@ -175,7 +175,10 @@ class Player:
         return shown + bits.to_bytes(2, "little") + bytes(general)
 
     def _job(self, ticket: int, strobe: int) -> int:
-        """Return SO(20) and SO(21): while the strobe is ON, a job is acknowledged and complete."""
+        """Return SO(20) and SO(21).
+
+        While the strobe is ON, both are ON: job acknowledged and complete.
+        """
         if strobe and not self._taken:
             self._ticket = ticket
         self._taken = bool(strobe)
@@ -247,7 +250,7 @@ class Player:
         self._bits = bits | _SEQUENCE if inputs & 1 << 8 else bits & ~_SEQUENCE
 
     def _masked(self) -> int:
-        """Return the outputs that the controller shows in this case."""
+        """Return the dedicated outputs as the controller shows them in this case."""
         if self._shown == "normal" or not (self._bits ^ self._first) & self._mask:
             self._gone = 0
             return self._bits

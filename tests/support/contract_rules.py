@@ -1,7 +1,7 @@
-"""Rules that each scan must obey, for the words on the wire and the pins of one block.
+"""Rules for the words on the wire and the pins of one block. Each scan must obey them.
 
 The rules follow the manual and the design. They are independent of rcx_harness.watch.wire, which
-watches cells. The program is scanned every SCAN_US, with a Margin of 20 ms.
+watches cells. The program is scanned every SCAN_US, and its Margin is 20 ms.
 """
 
 from __future__ import annotations
@@ -53,7 +53,7 @@ class Subject(NamedTuple):
         codes: Remote commands that the block may send; empty for a sequence.
         level: Whether the block works while Enable is TRUE.
         patient: Whether the block waits for the connection instead of ending without it.
-        means: Dedicated outputs for which Done (Valid) stands, as mask and value.
+        means: Dedicated outputs that Done (Valid) confirms, as mask and value.
         legal: A function that returns whether a telegram of 16 words is legal.
         several: Whether the block sends several commands for one rising edge.
         ahead: Number of scans in which the block works before it sends its code.
@@ -73,7 +73,7 @@ def _word(area: bytes, at: int) -> int:
 
 
 class Rules:
-    """The rules for one block; `begin` resets them, and `scan` checks a scan."""
+    """The rules for one block. `begin` starts a new case, and `scan` checks a scan."""
 
     def __init__(self, subject: Subject) -> None:
         self.subject = subject
@@ -113,7 +113,7 @@ class Rules:
             pins: The block's outputs after the scan.
 
         Returns:
-            The first error, or an empty text.
+            The first broken rule as a text, or an empty text.
         """
         self._scan += 1
         live = connected and bool(so[32] & 2)
@@ -140,7 +140,7 @@ class Rules:
             return f"the code 0x{code:04X} is out without connection or CPU_OK" if code else ""
         if was:
             if status in _ENDS:
-                return "the code stays although the end status is there" if code else ""
+                return "the code stays although the end status has come" if code else ""
             if status:
                 self._answered = True
             lost = status == 0 and self._answered
@@ -165,10 +165,10 @@ class Rules:
         if (self._scan - self._live) * SCAN_US < SPACING_US:
             return "the code went out before the controller can have seen 0x0000"
         if code & 0x0FFF not in self.subject.codes:
-            return f"the code 0x{code:04X} is not this block's"
+            return f"the code 0x{code:04X} is not a command of this block"
         if not self.subject.legal(si[:32]):
             return "the telegram is not legal"
-        return "a command goes out unasked" if self.quiet else ""
+        return "a command is sent without a request" if self.quiet else ""
 
     # --- dedicated inputs (chapter 5, 3, caution) ---------------------------------------------
 
@@ -190,7 +190,7 @@ class Rules:
             if since < SPACING_US:
                 return f"{changed:016b} changed {since // 1000} ms after the last change"
         if self.quiet and now & ~before & REQUESTS:
-            return "a request goes out unasked"
+            return "an input is switched ON without a request"
         return ""
 
     # --- the block (design of the library, 3) -------------------------------------------------
@@ -209,7 +209,7 @@ class Rules:
         means, value = self.subject.means
         said = _word(so, 32) & means == value
         if pins.done and (not was.done or self.subject.level) and connected and not said:
-            return f"{pins}, but the controller does not say so"
+            return f"{pins}, but the controller's outputs do not confirm it"
         if self.subject.level:
             return self._level(si, status, start, pins)
         if pins.busy and not was.busy:
@@ -227,7 +227,7 @@ class Rules:
         return self._end(so, status, connected, live, pins)
 
     def _still(self, si: bytes, status: int, connected: bool, live: bool) -> str:
-        """Return the reason for which the block may not stay Busy, or an empty text."""
+        """Return why the block must not stay Busy, or an empty text if it may."""
         if not connected and not self.subject.patient:
             return "Busy without a connection"
         if not self.subject.codes:
@@ -237,7 +237,7 @@ class Rules:
         if self.subject.several:
             return ""
         if _word(self._si, 0) and status in _ENDS and self._sent:
-            return "Busy although the end status is there"
+            return "Busy although the end status has come"
         due = self._begun + 1 + self.subject.ahead
         if self._ready and due == self._scan and not status and not _word(si, 0):
             return "the code is not out one scan after the edge"
@@ -251,7 +251,7 @@ class Rules:
         if commands and (pins.group, pins.category) != alarm:
             return f"alarm {pins.group}.{pins.category}, expected {alarm[0]}.{alarm[1]}"
         if number and number not in CODES:
-            return f"the ErrorID 16#{number:04X} is not known here"
+            return f"the ErrorID 16#{number:04X} is not expected on this bench"
         if commands and self._sent > 1:
             return f"{self._sent} telegrams for one rising edge"
         true = {
@@ -265,9 +265,9 @@ class Rules:
             0x8020: status == 0x4000 and was != 0,
         }
         if not true.get(number, True):
-            return f"the end is {pins}, but that is not what happened"
+            return f"the block ended with {pins}, but its cause did not occur"
         if not connected and number != 0x8001 and not self.subject.patient:
-            return f"the end without a connection is {pins}"
+            return f"without a connection the block ended with {pins}"
         return ""
 
     def _level(self, si: bytes, status: int, start: bool, pins: Pins) -> str:
@@ -276,7 +276,7 @@ class Rules:
             return f"Enable is {start}, but the outputs are {pins}"
         code = _word(si, 0) & 0x0FFF
         if code in _JOG and not start and si[32] & 1 << 6:
-            return "the jog goes on with SI(06) ON although Enable is FALSE"
+            return "the jog continues with SI(06) ON although Enable is FALSE"
         if code in _CONTINUOUS and si[2] & 1 and not start and status == 0x0100:
-            return "the continuous output goes on although Enable is FALSE"
+            return "the continuous output continues although Enable is FALSE"
         return ""

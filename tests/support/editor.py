@@ -13,7 +13,7 @@ from rcx_harness.cli.debug import launched
 from structured_text.debug.protocol import Client
 from structured_text.debug.session import Session
 
-#: Longest wait [s], after which a hanging test fails.
+#: Longest wait for a message [s]. A test that hangs fails after this time.
 _LONGEST = 60
 
 
@@ -22,7 +22,7 @@ class RefusedError(Exception):
 
 
 class _Mail:
-    """The messages that the adapter writes."""
+    """The stream to which the adapter writes its messages."""
 
     def __init__(self) -> None:
         self.messages: Queue[dict[str, Any]] = Queue()
@@ -40,7 +40,7 @@ class _Mail:
         return len(data)
 
     def flush(self) -> None:
-        """Do nothing, because the stream has no buffer."""
+        """Do nothing, because this stream has no buffer."""
 
 
 class Editor:
@@ -114,7 +114,7 @@ class Editor:
 
         Args:
             breakpoints: For each file, lines or breakpoints of the protocol.
-            launch: Arguments of the launch; `_` at the end of a name is left out (`for_`).
+            launch: Arguments of the launch request. A `_` at the end of a name is removed (`for_`).
         """
         self.request("initialize", adapterID="rcx", linesStartAt1=True)
         self.request("launch", **{name.rstrip("_"): value for name, value in launch.items()})
@@ -155,7 +155,7 @@ class Editor:
         return str(self.request("evaluate", **asked)["result"])
 
     def say(self, text: str) -> str:
-        """Enter a line in the console."""
+        """Enter a line in the debug console."""
         return self.value(text, context="repl")
 
     def scope(self, name: str, level: int = 0, thread: int = 1) -> dict[str, dict[str, Any]]:
@@ -166,12 +166,12 @@ class Editor:
         return self.below(found)
 
     def below(self, of: Mapping[str, Any], **page: int) -> dict[str, dict[str, Any]]:
-        """Return the parts of a variable, by name."""
+        """Return the members or elements of a variable, by name."""
         asked = {"variablesReference": of["variablesReference"], **page}
         return {one["name"]: one for one in self.request("variables", **asked)["variables"]}
 
     def close(self) -> None:
-        """End the session, and with it the adapter."""
+        """End the session, and check that the adapter ends."""
         self._client.inbox.put(None)
         self._thread.join(_LONGEST)
-        assert not self._thread.is_alive(), "the adapter goes on without a client"
+        assert not self._thread.is_alive(), "the adapter still runs after the end of the session"

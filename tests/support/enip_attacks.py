@@ -25,7 +25,7 @@ _GENERAL_STATUS_AT = HEADER.size + 6 + 2 + 4 + 4 + 2
 
 @dataclass(frozen=True)
 class Target:
-    """The adapter's addresses and the connection ids that the attacker knows.
+    """The data that the attacker knows: the adapter's addresses and its connection ids.
 
     Attributes:
         explicit: Host and port of explicit messages, TCP and UDP.
@@ -40,7 +40,7 @@ class Target:
 
 @dataclass
 class Report:
-    """The attacks and the answers to them."""
+    """Counters of the attacks and of the adapter's answers."""
 
     seed: int
     attacks: Counter[str] = field(default_factory=Counter)
@@ -61,17 +61,17 @@ class Report:
         return (
             f"{sum(self.attacks.values())} attacks with seed {self.seed}: {kinds}\n"
             f"encapsulation status {answers}; general status {replies}\n"
-            f"{self.silent} connections without an answer, {self.refused} not taken; "
-            f"{self.checks} checks by the peers that behave; memory grew by {self.grown_kib} KiB"
+            f"{self.silent} connections without an answer, {self.refused} not accepted; "
+            f"{self.checks} checks by well-behaved peers; memory grew by {self.grown_kib} KiB"
         )
 
 
 class _NotTakenError(Exception):
-    """The adapter accepts no more connections from this peer."""
+    """The error for an adapter that accepts no more connections from this peer."""
 
 
 class Attacker:
-    """A peer that makes every kind of attack."""
+    """A hostile peer that carries out attacks of every kind."""
 
     def __init__(self, target: Target, draw: Random, report: Report) -> None:
         self._target, self._draw, self._report = target, draw, report
@@ -87,7 +87,7 @@ class Attacker:
         ]
 
     def attack(self) -> None:
-        """Do one attack of a random kind."""
+        """Carry out one attack of a random kind."""
         weights = [weight for weight, _ in self._kinds]
         kind = self._draw.choices([one for _, one in self._kinds], weights)[0]
         self._report.attacks[kind.__name__.lstrip("_").replace("_", " ")] += 1
@@ -100,7 +100,7 @@ class Attacker:
             one.close()
 
     def _connect(self, receive_buffer: int = 0) -> socket.socket:
-        """Return a connection, unless the adapter accepts no more from this peer."""
+        """Connect to the adapter, and return the socket."""
         made = socket.socket(socket.AF_INET, socket.SOCK_STREAM)
         try:
             made.settimeout(_PATIENCE_S)
@@ -202,7 +202,8 @@ class Attacker:
             peer.setblocking(False)
             data = self._draw.choice(READ_ONLY) * 100
             self.last = data[:24]
-            with suppress(OSError):  # buffers full or connection closed
+            # the buffers are full, or the adapter has closed the connection
+            with suppress(OSError):
                 for _ in range(40):
                     peer.send(data)
 
@@ -230,11 +231,11 @@ class Attacker:
 
     def _send_all(self, peer: socket.socket, data: bytes) -> None:
         self.last = data
-        with suppress(ConnectionError):  # closed, which is allowed
+        with suppress(ConnectionError):  # the adapter may close the connection
             peer.sendall(data)
 
     def _take_answers(self, peer: socket.socket) -> None:
-        """Stop sending, and check that all answers until the connection closes are frames."""
+        """Stop sending, and check that the adapter sends only whole frames until it closes."""
         with suppress(OSError):
             peer.shutdown(socket.SHUT_WR)
         data = b""
@@ -242,9 +243,9 @@ class Attacker:
             while piece := peer.recv(65536):
                 data += piece
         except ConnectionError:
-            return  # a reset discards data under way
+            return  # a reset also discards answers under way
         except TimeoutError:
-            raise AssertionError("a connection that has ended is not closed") from None
+            raise AssertionError("a connection that the peer ended stays open") from None
         self._report.silent += not data
         while data:
             assert len(data) >= HEADER.size, f"not a frame: {data.hex(' ')}"

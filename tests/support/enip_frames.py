@@ -15,7 +15,7 @@ _BORDERS = (0, 1, 0x7F, 0x80, 0xFF, 0x7FFF, 0x8000, 0xFFFF)
 
 
 def frame(command: int, data: bytes = b"", session: int = 0, options: int = 0) -> bytes:
-    """Return an encapsulation frame with a correct length."""
+    """Return an encapsulation frame whose length field is correct."""
     return HEADER.pack(command, len(data), session, 0, b"fuzzing!", options) + data
 
 
@@ -37,8 +37,8 @@ def forward_open(
 ) -> bytes:
     """Return a Forward Open, or a Large Forward Open.
 
-    `sizes` are those on the wire, with count and header. The originator is vendor 0xBAD, serial
-    number 0xBADBAD.
+    `sizes` are the connection sizes on the wire, with sequence count and header. The originator is
+    vendor 0xBAD, serial number 0xBADBAD.
     """
     path = bytes((0x20, 0x04, 0x24, 0x01, 0x2C, points[0], 0x2C, points[1]))
     kind, form = (0x4800 << 16, "I") if large else (0x4800, "H")
@@ -59,7 +59,7 @@ def _forward_close(serial: int) -> bytes:
 def _messages(draw: Random) -> list[bytes]:
     """Return CIP requests of every kind.
 
-    With a connected owner, the adapter refuses Set and Reset.
+    The adapter refuses Set and Reset while an owner is connected.
     """
     inner = b"\x0e\x03\x20\x04\x24\x64\x30\x03"
     unconnected_send = b"\x52\x02\x20\x06\x24\x01" + struct.pack("<BBH", 3, 250, len(inner))
@@ -103,12 +103,12 @@ def valid_frames(draw: Random, session: int) -> list[bytes]:
     ]
 
 
-#: Frames that a peer may send any number of times without changing the device.
+#: Frames that never change the device, even if a peer sends them many times.
 READ_ONLY = (frame(_LIST_IDENTITY), frame(_LIST_SERVICES), frame(_LIST_INTERFACES))
 
 
 def mutate(draw: Random, good: bytes) -> bytes:
-    """Damage a frame in one to four ways. Some frames stay unchanged."""
+    """Damage a frame at one to four positions. Some frames stay unchanged."""
     data = bytearray(good)
     for _ in range(draw.choice((0, 1, 1, 1, 2, 4))):
         way = draw.randrange(8)
@@ -121,9 +121,9 @@ def mutate(draw: Random, good: bytes) -> bytes:
             del data[at:]
         elif way == 3:
             data[at:at] = draw.randbytes(draw.randrange(1, 40))
-        elif way == 4 and len(data) >= 4:  # the length of the frame itself
+        elif way == 4 and len(data) >= 4:  # the length field of the frame
             struct.pack_into("<H", data, 2, draw.choice((*_BORDERS, draw.randrange(0x10000))))
-        elif way == 5 and at + 2 <= len(data):  # a length or number further inside
+        elif way == 5 and at + 2 <= len(data):  # any length or number in the frame
             struct.pack_into("<H", data, at, draw.choice(_BORDERS))
         elif way == 6:
             data += draw.randbytes(draw.choice((1, 600, 4000)))

@@ -68,23 +68,23 @@ class Bench:
         return Target((host, port), (host, self.adapter.io_port or IO_PORT), ids)
 
     def check(self) -> None:
-        """Check that master and reader are undisturbed, and the model has no data of the attacker.
+        """Check that master and reader are undisturbed, and that no data come from the attacker.
 
         Raises:
-            AssertionError: a peer is disturbed, or the adapter complains.
+            AssertionError: a peer is disturbed, or the adapter has written an error.
         """
         complaint = self.complaints.read_text(errors="replace")
-        assert not complaint, f"the adapter complains: {complaint[:2000]}"
-        assert self.reader.get_assembly(100) == TO_MASTER, "the reader gets something else"
+        assert not complaint, f"the adapter wrote to stderr: {complaint[:2000]}"
+        assert self.reader.get_assembly(100) == TO_MASTER, "the reader receives other data"
         with Client(*self.adapter.address) as newcomer:
-            assert newcomer.get_attribute(1, 1, 1) == b"\x7c\x02", "the vendor is another"
+            assert newcomer.get_attribute(1, 1, 1) == b"\x7c\x02", "the vendor id has changed"
         assert self.adapter.read_to_robot() == TO_ROBOT, "something was written to the model"
         received = self.scanner.read()
         assert received.connected, "the master has lost its connection"
-        assert received.image == TO_MASTER, "the master receives something else"
+        assert received.image == TO_MASTER, "the master receives other data"
         deadline = time.monotonic() + _PATIENCE_S
         while (status := self.adapter.shared.status()).received <= self.received:
-            assert time.monotonic() < deadline, "the master's packets are not taken any more"
+            assert time.monotonic() < deadline, "the adapter no longer accepts the master's packets"
             time.sleep(0.001)
         assert status.owner is OwnerState.RUN, f"the owner is {status.owner.name}"
         self.received = status.received
@@ -108,7 +108,7 @@ def bench() -> Iterator[Bench]:
         deadline = time.monotonic() + _PATIENCE_S
         while scanner.read().image != TO_MASTER or adapter.read_to_robot() != TO_ROBOT:
             if time.monotonic() > deadline:
-                raise FuzzFailure("the cyclic connection does not start")
+                raise FuzzFailure("no data arrived over the cyclic connection")
             time.sleep(0.001)
         yield Bench(adapter, scanner, reader, complaints)
 
@@ -157,7 +157,7 @@ def fuzz(
 
 @contextmanager
 def _standard_error_into(file: Path) -> Iterator[None]:
-    """Redirect the standard error of processes that start in the meantime into this file."""
+    """Redirect the standard error of processes that start in this context into this file."""
     sys.stderr.flush()
     before = os.dup(2)
     with file.open("wb") as opened:
@@ -201,10 +201,14 @@ def main() -> int:
     """Run the command line of `make fuzz`."""
     parser = argparse.ArgumentParser(description="Attack the EtherNet/IP adapter.")
     parser.add_argument(
-        "--for", dest="duration_us", type=_duration, default="60s", help="how long, e.g. 10s"
+        "--for",
+        dest="duration_us",
+        type=_duration,
+        default="60s",
+        help="duration of the run, e.g. 10s",
     )
-    parser.add_argument("--count", type=int, help="number of attacks instead")
-    parser.add_argument("--seed", type=int, default=None, help="default: one that is drawn")
+    parser.add_argument("--count", type=int, help="number of attacks instead of a duration")
+    parser.add_argument("--seed", type=int, default=None, help="default: random")
     options = parser.parse_args()
     seed = options.seed if options.seed is not None else Random().randrange(1 << 32)
     print(f"seed {seed}", flush=True)

@@ -16,39 +16,39 @@ Meaning = Mapping[str, Callable[[Any], Pins]]
 
 #: The block of each example. A line begins with the number of its first example.
 _NAMES = {
-    # 4.2.1, 4.2.2
+    # guide 4.2.1, 4.2.2
     1: "MovePtp MoveArch MoveLinear MoveCircular MoveDirectMm MoveDirectPulses MoveIPtp",
     8: "MoveILinear MoveIDirectMm MoveIDirectPulses",
-    # 4.2.3, 4.2.4
+    # guide 4.2.3, 4.2.4
     11: "DrivePoint DriveDirectMm DriveDirectPulses DriveIPoint DriveIDirectMm DriveIDirectPulses",
-    # 4.2.5 to 4.2.11
+    # guide 4.2.5 to 4.2.11
     17: "PalletMovePtp PalletMoveArch Jog Jog Jog Inching Inching Inching SetInchingAmount",
     26: "TeachPoint AbsoluteResetMovement AbsoluteReset",
-    # 4.2.12 to 4.2.20
+    # guide 4.2.12 to 4.2.20
     29: "ReturnToOriginRobot ReturnToOriginAxis Servo ChangeSpeed ChangeSpeed ChangeSpeed",
     35: "ChangeShift ChangeHand ChangeArm MotorPower",
-    # 4.2.21 to 4.2.23
+    # guide 4.2.21 to 4.2.23
     39: "MoveTPtp MoveTLinear SetMaxTorque PushPoint PushDirectMm PushDirectPulses",
-    # 4.3
+    # guide 4.3
     45: "WritePoint ReadPoint WritePointComment ReadPointComment WritePallet ReadPallet WriteShift",
     52: "ReadShift WriteHand ReadHand",
-    # 4.4
+    # guide 4.4
     55: "AssignValue AssignVariable AssignValue AssignVariable ReadVariable WriteParameter",
     61: "ReadParameter AssignPoint AssignPoint AssignPalletPoint AssignPointElementMm",
     66: "AssignShiftElement",
-    # 4.5, 4.6
+    # guide 4.5, 4.6
     67: "WriteIoPort WriteIoPortBit ReadIoPort ReadIoPort RegisterProgram ExecuteProgram",
     73: "ResetSelectedProgram ReadProgramInfo",
-    # 4.7
+    # guide 4.7
     75: "ReadVersions ReadSystemConfiguration ReadServoStatus ReadPositionPulses ReadPositionMm",
     80: "ReadTaskStatus ReadTaskLines ReadMessage ReadSpeeds ReadArmDesignation ReadArmStatus",
     86: "ReadOriginStatus ReadTorqueOfMax ReadDate ReadTime ReadOptionSlots ReadInchingAmount",
     92: "ReadLatestAlarm ReadTorqueOfRated",
-    # 4.8, 4.9
+    # guide 4.8, 4.9
     94: "SetDate SetTime RemoteAlarmReset ResetSystemData DefineRealTimeOutput ReadRealTimeOutput",
     100: "EnableRealTimeOutput",
 }
-#: Pins that are in the example's heading and not in `given`.
+#: Pins whose values are in the example's heading and not in `given`.
 _FROM_HEADING: dict[int, Pins] = {
     19: {"Frame": "JOG_PULSES"},
     20: {"Frame": "JOG_CARTESIAN"},
@@ -116,7 +116,7 @@ _GIVEN: Meaning = {
         second=TimeSecond word=OutputWord option1=Option1 option2=Option2 enabled=EnableOutput
         """
     ),
-    "axes": _nothing,  # all axes: Axes = 0, as in blocks that have no other choice
+    "axes": _nothing,  # Axes = 0, the default, means all axes
     "speed_percent": lambda value: {"SpeedMode": "SPEED_PERCENT", "Speed": float(value)},
     "speed_mm_s": lambda value: {"SpeedMode": "SPEED_MM_S", "Speed": float(value)},
     "position_output": _one_of("PositionOutput", pulses="POSITION_PULSES", mm="POSITION_MM"),
@@ -151,7 +151,7 @@ _PARAMETER: Meaning = {
 
 _TORQUE: Meaning = {"axis": lambda axis: {"TorqueAxes": _bit(axis)}}
 
-#: Blocks in which a key means another pin.
+#: Blocks in which a key of the request belongs to another pin than in most blocks.
 _GIVEN_TO: dict[str, Meaning] = {
     "FB_ChangeSpeed": {"speed_percent": _to("Percent")},
     "FB_WriteShift": {"data_mm": _to("ShiftMm")},
@@ -173,7 +173,7 @@ _GIVEN_TO: dict[str, Meaning] = {
         },
         "value": lambda value: {"BitValue": value == 1},
     },
-    "FB_ReadProgramInfo": {"method": _nothing},  # the block is the method
+    "FB_ReadProgramInfo": {"method": _nothing},  # each method has its own block
     "FB_ReadTorqueOfMax": _TORQUE,
     "FB_ReadTorqueOfRated": _TORQUE,
 }
@@ -233,7 +233,7 @@ _ANSWER: Meaning = {
     "item": lambda name: {"OutputItem": {"motor_duty": 13}[name]},
 }
 
-#: Blocks in which a key means another output.
+#: Blocks in which a key of the answer belongs to another output than in most blocks.
 _ANSWER_AT: dict[str, Meaning] = {
     "FB_ReadShift": {"data_mm": _to("ShiftMm")},
     "FB_ReadHand": {  # data 1 is output both with and without its scale
@@ -248,12 +248,12 @@ _ANSWER_AT: dict[str, Meaning] = {
 
 
 def given_pins(name: str, given: Mapping[str, Any]) -> Pins:
-    """Return the inputs of a block for an example's request; every key must have a meaning."""
+    """Return the inputs of a block for an example's request. An unknown key is an error."""
     return _pins(given, _GIVEN_TO.get(name, {}), _GIVEN)
 
 
 def answer_pins(name: str, answer: Mapping[str, Any]) -> Pins:
-    """Return the outputs of a block for an example's answer; every key must have a meaning."""
+    """Return the outputs of a block for an example's answer. An unknown key is an error."""
     return _pins(answer, _ANSWER_AT.get(name, {}), _ANSWER)
 
 

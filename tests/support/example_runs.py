@@ -1,4 +1,4 @@
-"""The examples, run as their README says, and their traces as recorded from matiec."""
+"""Runs of the examples as their README says, and their traces as recorded from matiec."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ class Finished:
 
 @cache
 def finished(name: str, engine: str = "builtin") -> Finished:
-    """Run an example for the time in its command, once. The result must not be changed."""
+    """Run an example for the time in its command. Tests share the result and must not change it."""
     example = examples()[name]
     recorder = Recorder(chart_specs()[name]) if name in chart_specs() else None
     cell = example.build(engine, watch=recorder.watch if recorder else ())
@@ -45,7 +45,7 @@ def recorded_trace(example: Example) -> Path:
 
 
 def changes(lines: Iterable[str]) -> Iterator[str]:
-    """Return the lines of a trace that show a change on the wire, without the first line.
+    """Return the lines of a trace that show a change on the wire, except the first line.
 
     Zeros at the end of an area are left out.
     """
@@ -65,4 +65,4 @@ def changes(lines: Iterable[str]) -> Iterator[str]:
 
 def _short(area: str) -> str:
     short = area.rstrip("0")
-    return short + "0" * (len(short) % 2) or area[:2]  # a missing area differs from an empty one
+    return short + "0" * (len(short) % 2) or area[:2]  # None differs from an area of zeros

@@ -1,4 +1,4 @@
-"""Controllers in the states of the worked examples, and their data afterwards.
+"""Controllers in the states of the worked examples, and their data after an example.
 
 The head of tests/data/worked_examples.toml explains the keys. All of these robots have 1000 pulses
 per millimetre, so 0.001 mm is one pulse.
@@ -26,12 +26,12 @@ _PLACES = {"C1O1": Place(1, 1, 3, 1)}
 #: A position between two quarters of the motor's rotation, which are 4096 pulses each.
 _BETWEEN_QUARTERS = 5000
 
-#: Keys of a state with the same name as in RobotConfig.
+#: Keys of a state that are fields of RobotConfig with the same name.
 _SAME_NAME = ("inching_amount", "auto_speed", "manual_speed", "program_speed")
 
 
 def example_config(state: Mapping[str, Any], **knobs: Any) -> RobotConfig:
-    """Return a configuration with all data that a state has stored.
+    """Return a configuration whose stored data are those of a state.
 
     Args:
         state: State of an example.
@@ -73,7 +73,7 @@ def in_state(state: Mapping[str, Any], **knobs: Any) -> Master:
 
 
 def found(master: Master, effect: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the data in the controller under the keys of `effect`, in the notation of `effect`."""
+    """Return the controller's data for the keys of `effect`, in the notation of `effect`."""
     master.run(100)
     return {key: _FOUND[key](master.robot.machine, value) for key, value in effect.items()}
 
@@ -132,7 +132,7 @@ def _register(master: Master, entries: list[Mapping[str, Any]]) -> None:
 
 
 def _set_history(master: Master, entries: Mapping[str, Mapping[str, str]]) -> None:
-    """Raise alarms to give this history; if entry 10 is wanted, nine others follow it."""
+    """Raise the alarms of this history. If entry 10 is given, raise nine other alarms after it."""
     alarms = master.robot.alarms
     for number, entry in entries.items():
         alarms.note(entry["alarm"], master.now_us)
@@ -177,7 +177,7 @@ def _set_positions(master: Master, positions: list[int]) -> None:
     master.robot.positions[:] = positions[:4]
 
 
-#: Keys that are set once the controller runs; the other keys are in its configuration.
+#: Keys that are set while the controller runs. The other keys are part of its configuration.
 _SET: Mapping[str, Callable[[Master, Any], None]] = {
     "start_mm": lambda master, mm: _set_positions(master, list(_thousand(mm))),
     "start_pulses": _set_positions,

@@ -80,7 +80,7 @@ def multicast(one: ConnectionParameters, api_us: int = 10_000) -> ConnectionPara
 
 @dataclass
 class Device:
-    """An exchange, its packets (packet, address, code point), and the ends that it has reported."""
+    """An exchange with its packets (packet, address, code point) and connection ends."""
 
     images: SharedImages
     role: Role = Role.TARGET

@@ -1,4 +1,4 @@
-"""A world of numbers for explorations, in a module that each worker can import."""
+"""A world of numbers for tests of explorations. Each worker process can import this module."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.explore.search import World
 
 
 class Choice(NamedTuple):
-    """A choice that doubles the number and adds `add`."""
+    """A choice in an exploration: it doubles the number and adds `add`."""
 
     number: int
 
@@ -25,13 +25,13 @@ EVERY = (Choice(0), Choice(1), Choice(2))
 
 @dataclass
 class Numbers(World[Choice]):
-    """Steps from n to 2 n, 2 n + 1 and 2 n + 2, modulo a size.
+    """A world with steps from n to 2 n, 2 n + 1 and 2 n + 2, modulo a size.
 
     From 0, all numbers are reached.
 
     Attributes:
         size: Number of states.
-        broken: Rules that are broken by the step to a number.
+        broken: For a number, the rules that the step to it breaks.
         refused: Numbers for which `check` raises an error.
         deaths: A folder of files. Each step from 20 removes a file and kills its process.
     """

@@ -1,4 +1,4 @@
-"""Exports for the tests, and properties that an export and an import must preserve."""
+"""Exports for the tests, and functions for properties that export and import must preserve."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ EXPORTED = [one for one in EXAMPLES if one.name[:2] in ("01", "02", "03", "06", 
 
 
 def left_out(output: Output) -> tuple[str, ...]:
-    """Return the missing parts with their reasons, without their places."""
+    """Return the parts that the export has left out, each with the reason."""
     return tuple(f"{one.what}: {one.why}" for one in output.missing)
 
 
@@ -41,7 +41,7 @@ def library() -> Sources:
 
 @cache
 def sample(*, whole: bool = False) -> Sources:
-    """Return the library parts that `SAMPLE` needs, or the whole library."""
+    """Return `SAMPLE` with the library parts that it needs, or with the whole library."""
     return sources_of(program=SAMPLE, only_needed=not whole)
 
 
@@ -53,12 +53,12 @@ def example_sources(name: str) -> Sources:
 
 @cache
 def written(target: str, *, whole: bool = False) -> Output:
-    """Return the export of `sample` to a target, which is made once."""
+    """Return the export of `sample` to a target. Each export is made once."""
     return TARGETS[target].write(sample(whole=whole))
 
 
 def imported(project: Path, folder: Path) -> list[Path]:
-    """Write a project as `rcx import` does, and return the files."""
+    """Import a project as `rcx import` does, and return the files."""
     files = sorted(project.rglob("*.Tc*")) if project.is_dir() else [project]
     return write(Output(st_texts(read_project(files))), folder)
 
@@ -69,7 +69,7 @@ def shapes(files: Iterable[Path]) -> dict[str, Any]:
 
 
 def comments(files: Iterable[Path]) -> list[str]:
-    """Return the words of all comments in alphabetical order."""
+    """Return the words of all comments of the files in alphabetical order."""
     found = []
     for file in files:
         for text in re.findall(r"\(\*(.*?)\*\)", file.read_text(encoding="utf-8"), re.DOTALL):
@@ -98,7 +98,7 @@ def recorded(example: Example) -> list[str]:
 
 
 def shape(node: Any) -> Any:
-    """Return a syntax tree as nested lists and tuples, without positions in the text."""
+    """Return a syntax tree as nested lists and tuples, without line and column numbers."""
     if isinstance(node, s.Position):
         return None
     if isinstance(node, tuple):
@@ -110,7 +110,7 @@ def shape(node: Any) -> Any:
 
 
 def by_position(node: Any) -> Any:
-    """Return a shape without the names of the arguments in calls of standard functions."""
+    """Return a nested syntax tree without argument names in calls of standard functions."""
     if isinstance(node, dict):
         return {name: by_position(one) for name, one in node.items()}
     if isinstance(node, list):

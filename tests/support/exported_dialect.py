@@ -1,4 +1,4 @@
-"""Properties that an export to a folder of bodies and tables shares with the sources."""
+"""Comparison of the sources with an export to a folder of bodies and variable tables."""
 
 from __future__ import annotations
 
@@ -83,7 +83,7 @@ def differing(
 def _changes(
     sources: Sources, words: Mapping[str, str], renamed: Mapping[str, str], pins: Mapping[str, str]
 ) -> Callable[[Any], Any]:
-    """Return a function that maps a node of the sources to the expected node of the export."""
+    """Return a function that maps a node of the sources' syntax to its expected export."""
     numbers = {
         member.text: str(value)
         for one in sources.of("TYPE")
@@ -139,7 +139,7 @@ def _changes(
     return changed
 
 
-#: A declaration of each kind that has an initial value or a qualifier.
+#: Declarations of every kind that can have an initial value or a qualifier.
 WITH_INITIAL_VALUES = """\
 TYPE
   MINE_COLOUR : (RED, GREEN, BLUE) := GREEN;

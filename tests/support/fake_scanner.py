@@ -14,9 +14,9 @@ class FakeScanner(Scanner):
         ended: Reason for the end of its connection.
         failure: Reason for the end of its process.
         connected: Whether packets arrive.
-        dropped: Reason for which packets are dropped.
+        dropped: Why packets are dropped; empty if they are not.
         refusal: The error that `open` raises, if it is not None.
-        done: The calls in their order.
+        done: The names of the calls in their order.
         written: The written images, each with the time until which it is valid.
     """
 
@@ -31,7 +31,7 @@ class FakeScanner(Scanner):
         self.written: list[tuple[bytes, int | None]] = []
 
     def open(self) -> None:
-        """Open, or raise the refusal."""
+        """Record the call, or raise `refusal` if there is one."""
         self.done.append("open")
         if self.refusal is not None:
             raise self.refusal
@@ -47,7 +47,7 @@ class FakeScanner(Scanner):
         self.written.append((image, valid_us))
 
     def drops(self) -> str:
-        """Return the reason for which packets are dropped."""
+        """Return why packets are dropped."""
         return self.dropped
 
     def statistics(self) -> ScannerStatistics:

@@ -1,4 +1,4 @@
-"""Work items for farms, in a module that each worker can import."""
+"""Tasks for tests of farms. Each worker process can import this module."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class Killed:
 def refuse(item: int) -> int:
     """Return the item.
 
-    Items 2 and 5 raise an error of the user, item 9 raises an internal error.
+    Items 2 and 5 raise an error meant for the user. Item 9 raises an internal error.
     """
     if item in (2, 5):
         raise InputError("no such pin", file="a.st", line=item, hint="name another")

@@ -30,7 +30,7 @@ _ROBOT = RobotConfig(
     points={19: Point((60_000, -20_000, 10_000, 0, 0, 0))},
 )
 
-#: SI(01), SI(10), SI(12), SI(14) to SI(17) in the word n + 32, which sequences request.
+#: Inputs that sequences request: SI(01), SI(10), SI(12), SI(14) to SI(17) in word n + 32.
 _REQUESTS = 0b1111_0101_0000_0010
 _BIT = {f"SO{byte}{bit}": (32 + byte, 1 << bit) for byte in (0, 1) for bit in range(8)}
 
@@ -47,9 +47,9 @@ class Library:
         edge: Blocks with Robot, Execute, Done, Busy and Error.
         level: Blocks with Robot and Enable.
         pins: Inputs and outputs of each of these blocks.
-        shared: The VAR_IN_OUT variables of blocks besides Robot and the program's areas: type by
-        name.
-        areas: The arguments for blocks that take the areas of the program, too.
+        shared: For each block, the VAR_IN_OUT variables besides Robot and the areas: maps a name to
+        its type.
+        areas: For each block that takes the areas of the program, the arguments for them.
     """
 
     edge: tuple[str, ...]
@@ -75,7 +75,7 @@ class Library:
 def library() -> Library:
     """Return the blocks of plc/lib to which the contract applies.
 
-    If two blocks differ only in their images, the block with the image of bytes is returned.
+    If two blocks differ only in the type of the image, the block for bytes is returned.
     """
     found = [one for one in _blocks() if "RCX_IMAGE_WORDS" not in one[2].values()]
     areas = {"InputImage": "InputArea", "OutputImage": "OutputArea"}
@@ -108,7 +108,8 @@ def place(block: str, name: str) -> str:
 def heads() -> Sequence[tuple[Path, s.Pou]]:
     """Return the declarations of each function block of plc/lib, without its statements.
 
-    Reading the statements takes most of the time, and no test needs them at its collection.
+    Reading the statements would take most of the time, and the collection of tests needs only
+    names.
     """
     found = []
     for file in LIBRARY:
@@ -142,7 +143,10 @@ def _blocks() -> Iterator[tuple[str, list[str], dict[str, str]]]:
 
 
 def _program(block: str, helpers: Sequence[str]) -> str:
-    """Return a program that calls `block` in every scan, and the helpers while Helping is TRUE."""
+    """Return a program that calls `block` in every scan.
+
+    It calls the helpers while Helping is TRUE.
+    """
     held = "".join(f"    {name[3:]} : {name};\n" for name in helpers)
     calls = "".join(f"    {name[3:]}(Robot := Robot);\n" for name in helpers)
     return (
@@ -182,7 +186,7 @@ class FaultCell:
 
     Args:
         block: Type of the block.
-        inputs: Values of the block's tables and input pins, except Execute or Enable.
+        inputs: Values of the block's input pins (except Execute or Enable) and tables.
         helpers: Blocks that take the cell from one state to another.
         robot: Properties of the robot that differ from the defaults.
         lib: Folder of the library; None for plc/lib.
@@ -206,7 +210,7 @@ class FaultCell:
         self._last = Scan(0, 0, bytes(48), bytes(48), None)
         self._history: list[tuple[int, tuple[bytes, Pins]]] = []
         self.quiet = False
-        """While TRUE nothing may be requested and no command may begin."""
+        """While this is True, a new request or a new command fails the case."""
         pins = library().pins[block]
         level = "Enable" in pins
         self.start_pin = "Enable" if level else "Execute"
@@ -247,17 +251,17 @@ class FaultCell:
         return Pins(bool(done), bool(busy), bool(error), number, bool(active), bool(aborted))
 
     def start(self, on: bool) -> None:
-        """Set Execute or Enable."""
+        """Set the block's start pin: Execute or Enable."""
         self[f"Block.{self.start_pin}"] = on
 
     def on(self, output: str) -> bool:
-        """Return whether an output such as `SO02` is ON, as the PLC read it."""
+        """Return whether the PLC has last read an output such as `SO02` as ON."""
         at, mask = _BIT[output]
         return self.cell.connected and bool(self._last.so[at] & mask)
 
     @property
     def status(self) -> int:
-        """Return the remote status as the PLC read it."""
+        """Return the remote status that the PLC has last read."""
         return int.from_bytes(self._last.so[:2], "little")
 
     @property
@@ -271,12 +275,12 @@ class FaultCell:
         return int.from_bytes(self._last.si[:2], "little")
 
     def wire(self) -> bytes:
-        """Return code, status and dedicated signals. A change of them is a step of a sequence."""
+        """Return code, status and dedicated signals. Each change is a step of a sequence."""
         so, si = self._last.so, self._last.si
         return so[:2] + so[32:34] + si[:2] + si[32:34]
 
     def free(self, channel: str) -> bool:
-        """Return whether no block has or waits for the turn on this channel."""
+        """Return whether no block uses this channel or waits for it."""
         return bool(
             self[f"Robot.Inner.{channel}.Serving"] == self[f"Robot.Inner.{channel}.NextTicket"]
         )
@@ -288,7 +292,7 @@ class FaultCell:
         pins = self.pins
         if self.quiet and (self.requests & ~requested or (self.code and not code)):
             self.note(pins)
-            self.fail("something starts by itself: a request or a command goes out unasked")
+            self.fail("a request or a command starts by itself")
         self.note(pins)
         return pins
 

@@ -1,4 +1,4 @@
-"""Faults of a cell in the middle of a sequence, and the removal of each cause."""
+"""Faults of a cell that interrupt a sequence, and the removal of each fault."""
 
 from __future__ import annotations
 

@@ -1,7 +1,8 @@
 """Runs with every pattern of Execute, every course of an answer, and faults at each scan.
 
-A case has four parts. First, the block is started and disturbed until it has ended. Second, it
-withdraws its requests while the cause is still present. Third, the cause is removed, and nothing
+A case has four parts. First, the block is started and disturbed until it has ended. Second, the
+block withdraws its requests while the cause is still present. Third, the cause is removed, and
+nothing
 starts by itself. Last, the documented recovery restores the cell, and the block does its work.
 
 With normal answers, a fault comes at each scan of the sequence, under each pattern (in a long
@@ -23,9 +24,9 @@ from fault_scenarios import SCENARIOS, Scenario
 
 __all__ = ["FAULTS", "Answer", "Case", "Fault", "Pattern", "Rig", "rig"]
 
-#: Longest time from the end of the last wait to the block's end, including input pacing [scans].
+#: Longest time from a block's last wait to its end, with the interval of input changes [scans].
 _MOST_END_SCANS = 60
-#: Longest time until requests are withdrawn and no block has a turn [scans].
+#: Longest time until requests are withdrawn and no block uses a channel [scans].
 _MOST_RELEASE_SCANS = 45
 #: Longest time until the cell is stable after the causes are removed [scans].
 _STEADY = 150
@@ -33,19 +34,19 @@ _STEADY = 150
 _LATE = 8
 #: In a sequence of this length or more, the patterns alternate [scans].
 _LONG = 20
-#: Number of cases with a disturbed answer for a block and a fault.
+#: Largest number of cases with a disturbed answer, for each block and each fault.
 _MOST_SHAPED = 24
 
 
 class Pattern(NamedTuple):
-    """A course of Execute: TRUE for `scans` scans, or TRUE in every other scan."""
+    """A pattern of Execute: TRUE for `scans` scans, or TRUE in every other scan."""
 
     name: str
     scans: int
     toggles: bool = False
 
     def execute(self, scan: int) -> bool:
-        """Return Execute for this scan after the start, while the block has not ended."""
+        """Return the value of Execute in this scan, counted from the start of the block."""
         return scan % 2 == 0 if self.toggles else scan < self.scans
 
 
@@ -60,7 +61,7 @@ def _dropped(scan: int) -> Pattern:
 
 
 class Answer(NamedTuple):
-    """The course of one of the controller's answers."""
+    """One of the controller's answers, and how it is disturbed."""
 
     fate: str = "normal"
     signal: str = ""
@@ -87,14 +88,14 @@ class Case(NamedTuple):
 
 
 class _Course(NamedTuple):
-    """A run without a fault: the wire in each scan, and the scan in which the block ended."""
+    """A run without a fault: the signals in each scan, and the scan in which the block ended."""
 
     wires: list[bytes]
     ended: int
     pins: Pins
 
     def moments(self) -> list[int]:
-        """Return the scans around each change, and a scan in the middle of each wait."""
+        """Return the scans around each signal change, and a scan in the middle of each wait."""
         last = [0]
         found = {0, 1, self.ended, self.ended + 1}
         for scan in range(1, self.ended + 1):
@@ -106,7 +107,7 @@ class _Course(NamedTuple):
 
 
 class Rig:
-    """A prepared block in its cell, with the course of its run without faults.
+    """A block in its cell, ready to start, with the record of its run without faults.
 
     Args:
         block: Type of the block.
@@ -240,7 +241,7 @@ class Rig:
                 ended, end = scan, pins
                 self._check_end(pins)
             elif ended is None and scan > limit:
-                cell.fail(f"hangs: Busy for {scan} scans, expected at most {limit}")
+                cell.fail(f"the block hangs: Busy for {scan} scans, expected at most {limit}")
             scan += 1
         assert ended is not None
         return ended, end
@@ -248,7 +249,7 @@ class Rig:
     def _check_end(self, pins: Pins) -> None:
         cell = self.cell
         if not (pins.done or pins.error or pins.aborted):
-            cell.fail("Busy has fallen without an end")
+            cell.fail("Busy is FALSE, but there is no Done and no error")
         if not pins.done:
             return
         for name, on in self.scenario.means.items():
@@ -258,7 +259,7 @@ class Rig:
             cell.fail(f"Done with status 0x{cell.status:04X}")
 
     def _shape(self, answer: Answer, scan: int, ended: int | None) -> None:
-        """Before a scan runs, delay, remove or interrupt the answer, as the case says."""
+        """Before a scan, delay, suppress or interrupt the controller's answer as the case says."""
         if answer.fate == "normal":
             return
         due = self._due(answer.signal)
@@ -281,12 +282,12 @@ class Rig:
             robot.force(signal, int(self._at_start[signal]))
 
     def _due(self, signal: str) -> int:
-        """Return the scan in which the undisturbed run receives the answer."""
+        """Return the scan in which the answer arrives in a run without faults."""
         if signal not in self._answered:
             wires = self._course(NORMAL).wires
             scans = [k for k, wire in enumerate(wires) if self._is_answer(signal, wire)]
             if not scans:
-                self.cell.fail(f"{self.block}: {signal} never comes, without any fault")
+                self.cell.fail(f"{self.block}: {signal} never comes, although there is no fault")
             self._answered[signal] = scans[0]
             self._restart()
         return self._answered[signal]
@@ -306,7 +307,7 @@ class Rig:
         return self._courses[answer]
 
     def _expect(self, case: Case, pins: Pins) -> None:
-        """Check the end of a case without a fault."""
+        """Check Done or Error at the end of a case without a fault."""
         if case.fault is not NONE:
             return
         if case.answer.fate in ("normal", "late") and not pins.done:
@@ -317,7 +318,7 @@ class Rig:
     # --- the rules after the disturbance -----------------------------------------------------
 
     def _lets_go(self, case: Case) -> None:
-        """Check that the outputs clear at once and the turn is free, while the fault remains."""
+        """Check that outputs clear at once, and that channels become free despite the fault."""
         cell = self.cell
         pins = cell.scan()
         if any(pins):
@@ -337,7 +338,7 @@ class Rig:
             self.cell.cell.robot.release(case.answer.signal)
 
     def _stays_quiet(self) -> None:
-        """Check that the cell becomes idle, both turns are free, and nothing starts by itself."""
+        """Check that the cell becomes idle and nothing starts by itself."""
         cell = self.cell
         there = "connection and CPU_OK"
         cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, there)
@@ -353,7 +354,7 @@ class Rig:
         limit = self.scenario.waits * TIMEOUT_SCANS + _MOST_END_SCANS
         cell.start(True)
         if not cell.scan().busy:
-            cell.fail("no Busy in the scan of the edge, after recovery")
+            cell.fail("after recovery, no Busy in the scan of the edge")
         cell.until(lambda: not cell.pins.busy, limit, "the block ends, after recovery")
         if not cell.pins.done:
             cell.fail(f"16#{cell.pins.error_id:04X} instead of Done, after recovery")
@@ -364,7 +365,7 @@ class Rig:
 
 
 def _thinned(cases: list[Case], most: int, every: bool) -> list[Case]:
-    """Return every n-th case, so that at most about `most` remain.
+    """Return every n-th case, with n chosen for about `most` cases.
 
     n is not a multiple of 3, because the three patterns alternate.
     """
@@ -374,5 +375,5 @@ def _thinned(cases: list[Case], most: int, every: bool) -> list[Case]:
 
 @cache
 def rig(block: str) -> Rig:
-    """Return the rig of a block, which is made once in each process."""
+    """Return the rig of a block. Each process makes it once."""
     return Rig(block)

@@ -1,4 +1,4 @@
-"""The start state of each block, the answers it waits for, and the outputs at its Done."""
+"""The scenario of each block: start state, expected answers, and controller outputs at Done."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rcx_harness.robot import Axis, RobotProgram
 #: Longest time until the cell is stable after boot, a new connection, and settling [scans].
 _STEADY = 120
 
-#: The robot's side of FB_ProgramCall.
+#: The robot program that executes the jobs of FB_ProgramCall.
 _JOBS = (ROOT / "plc/robot/JOBS.PGM").read_text(encoding="utf-8")
 
 _RECOVERY = ("FB_AlarmReset", "FB_ServoOn")
@@ -29,7 +29,7 @@ class Scenario:
     Attributes:
         prepare: Brings a cell without faults into the start state of the block.
         answers: Outputs of the controller for which the block waits, such as `SO02` or `Status`.
-        means: Outputs of the controller with the state that they have at Done (Valid).
+        means: Maps outputs of the controller to their states at Done (Valid).
         inputs: Values of input pins that differ from the defaults, and rows of tables.
         waits: Number of waits, each of them limited by Timeout.
         robot: Properties of the robot that differ from the defaults.
@@ -46,7 +46,7 @@ class Scenario:
 
 
 def recover(cell: FaultCell) -> None:
-    """Recover as documented after the causes are removed: alarm reset, then servo on."""
+    """Recover as documented after the faults are removed: alarm reset, then servo on."""
     cell.until(lambda: bool(cell["Robot.Connected"]) and cell.on("SO01"), _STEADY, "CPU_OK")
     if cell["Robot.Inner.HoldEmergency"]:
         cell.help("FB_ServoOnFromEmergencyStop")
@@ -61,7 +61,7 @@ def recover(cell: FaultCell) -> None:
 
 
 def _rest(cell: FaultCell) -> None:
-    """Let the interval since the last change pass, so that the sequence begins at once."""
+    """Wait for the interval after the last input change. The next sequence then begins at once."""
     for _ in range(13):
         cell.scan()
 
@@ -106,7 +106,7 @@ def _axes_at_zero(cell: FaultCell) -> None:
 
 
 def _acknowledged(cell: FaultCell) -> None:
-    """Recover, then set Acknowledge, without which the block does not read again."""
+    """Recover, then pulse Acknowledge. The block reads again only after Acknowledge."""
     recover(cell)
     cell["Block.Acknowledge"] = True
     cell.scan()
@@ -149,7 +149,7 @@ _HEAD_OF_50 = {
 }
 _ROW_OF_50 = {"Defined": True, "Flag": 1, "Values": [10_000, -20_000, 5_000, -18_000, 0, 0]}
 
-#: Every edge-triggered block of the library, but only two of the generated blocks, which are alike.
+#: Every edge-triggered block of the library. Of the generated blocks, which are alike, only two.
 SCENARIOS: dict[str, Scenario] = {
     "FB_AlarmReset": Scenario(_alarm, ("SO03",), {"SO03": False}),
     "FB_AutoStart": Scenario(_program_stands, ("SO13",), {"SO13": True}, helpers=_START),

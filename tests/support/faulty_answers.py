@@ -1,4 +1,4 @@
-"""Recordings with one kind of wrong answer, made from recordings of a correct controller."""
+"""Recordings with one kind of wrong answer each, made from recordings of a correct controller."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ def _edges(areas: Areas, name: str, on: bool) -> list[int]:
 def _turned(name: str, on: bool, first: int, end: int, by: str = "") -> Callable[[Areas], None]:
     """Return a change that shows a signal ON (or OFF) for some cycles.
 
-    These are the cycles from `first` to `end` after the signal, or the signal `by`, turns ON.
+    `first` and `end` count the cycles from the rising edge of the signal, or of the signal `by`.
     """
 
     def change(areas: Areas) -> None:
@@ -39,7 +39,7 @@ def _turned(name: str, on: bool, first: int, end: int, by: str = "") -> Callable
 
 
 def _ends(areas: Areas) -> list[tuple[int, int]]:
-    """Return the cycles of normal ends: pairs of the first cycle and the cycle after the last."""
+    """Return the normal ends: for each, its first cycle and the cycle after its last."""
     found: list[tuple[int, int]] = []
     for k, area in enumerate(areas):
         if int.from_bytes(area[:2], "little") == NORMAL_END:
@@ -97,7 +97,7 @@ def _run_again(areas: Areas, first: int, end: int) -> None:
 
 
 def _follow(name: str, other: str) -> Callable[[Areas], None]:
-    """Show a signal with the value of another signal."""
+    """Return a change that gives a signal the value of another signal."""
 
     def change(areas: Areas) -> None:
         at, mask = _BITS[other]
@@ -113,7 +113,7 @@ def _reserved(areas: Areas) -> None:
 
 
 def _stuck(name: str) -> Callable[[Areas], None]:
-    """Skip the first OFF of a signal."""
+    """Return a change that delays the first OFF of a signal by one cycle."""
 
     def change(areas: Areas) -> None:
         k = _edges(areas, name, False)[0]
@@ -122,7 +122,7 @@ def _stuck(name: str) -> Callable[[Areas], None]:
     return change
 
 
-#: Faults by name, each with its change to the areas of a correct controller.
+#: Maps the name of a fault to its change of a correct controller's areas.
 WRONG: dict[str, Callable[[Areas], None]] = {
     "responses one word too late in the area": _each_end(_shift),
     "commands that are executed end abnormally, with their data": _each_end(_abnormal),
@@ -144,7 +144,7 @@ WRONG: dict[str, Callable[[Areas], None]] = {
 
 
 def recorded_wrong(master: RecordedMaster, name: str) -> Recording:
-    """Return the recording of a master, with the wrong answers of this name."""
+    """Return the recording of a master, changed by the fault of this name."""
     areas = [bytearray(so) for _, _, so in master.cycles]
     WRONG[name](areas)
     cycles = [(t, si, bytes(so)) for (t, si, _), so in zip(master.cycles, areas, strict=True)]

@@ -12,7 +12,7 @@ from plc_bench import ROOT
 
 _Changes = tuple[tuple[str, str], ...]
 
-#: A cycle as users write it by hand. It stores whether a part is in the hand, and can run slower.
+#: A hand-written work cycle. It stores whether a part is in the hand, and can run slower.
 _PICKER: _Changes = (
     (
         "    Stopping   : BOOL;\n",
@@ -84,8 +84,8 @@ class Faulty:
     Attributes:
         name: The kind of fault.
         example: Folder of the example.
-        changes: The fault, as pairs of a text and its replacement.
-        kind: The failure that reveals the fault.
+        changes: The fault, as pairs of a text of the program and its replacement.
+        kind: The kind of failure that a campaign reports for the fault.
         seed: A seed with which a campaign finds the fault.
     """
 
@@ -143,7 +143,7 @@ FAULTY = (
 
 
 def changed_example(folder: Path, example: str, changes: _Changes = ()) -> None:
-    """Write a changed program into a folder, with its requirements as campaign.toml.
+    """Write an example with changed texts into a folder, with its requirements as campaign.toml.
 
     The programs are cycles written by hand, without FB_WorkCycle and FB_Interlock.
 

@@ -66,7 +66,7 @@ when = "Main.Fed > BEFORE(Main.Fed)"
 within = "1s"
 """
 
-#: The operator closes, resets and starts the feeder; it runs until 2 s.
+#: The operator closes, resets and starts the feeder. It then runs until 2 s.
 GOOD_RUN = """at = [
   { time = "100ms", set = { "Main.Closed" = true } },
   { time = "300ms", set = { "Main.Reset" = true }, for = "50ms" },
@@ -81,8 +81,8 @@ def feeder(folder: Path, *, runs_open: bool = False, latches: bool = False) -> P
 
     Args:
         folder: Folder of the program.
-        runs_open: Whether to insert the bug that the feeder continues to run when it is opened.
-        latches: Whether to insert the bug that a loss of the link is never reset.
+        runs_open: Whether to insert a bug: the feeder continues to run when it is opened.
+        latches: Whether to insert a bug: the fault after a link loss is never reset.
     """
     latch = "Lost := Lost OR (Running AND NOT Connected);" if latches else "Lost := FALSE;"
     text = _PROGRAM.format(or_open="" if runs_open else "OR NOT Closed", latch=latch)

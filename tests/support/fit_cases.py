@@ -25,7 +25,7 @@ DESCRIPTIONS: dict[str, dict[str, Any]] = {
     "a program that waits": {"programs": (RobotProgram(steps=_STEPS),)},
     "extended": {"size": 256},
 }
-#: A description, and the keys that the search must determine.
+#: Names of descriptions, each with the keys and values that the search must find.
 CASES: tuple[tuple[str, dict[str, Any]], ...] = (
     ("plain", {}),
     ("plain", {"servo_on_delay": (20.0, 120.0), "emergency_release_delay": 30.0}),
@@ -61,17 +61,17 @@ CASES: tuple[tuple[str, dict[str, Any]], ...] = (
 
 
 def recorded(description: str, values: Mapping[str, Any], seed: int = 7) -> Replay:
-    """Return the recording of a controller with these values after all exercises."""
+    """Return the recording of a controller with these values that has run all exercises."""
     master = RecordedMaster(seed, **DESCRIPTIONS[description], **values)
     exercised(master)
     return Replay(master.recording(), master.happenings)
 
 
 def judged(description: str, values: Mapping[str, Any]) -> tuple[Fit, list[str]]:
-    """Return the result of the search on such a recording, and the keys that it got wrong.
+    """Search a recording for the controller's values. Return the result, and texts for wrong keys.
 
-    A key is right if its value is the robot's, or if the recording is the same with both values,
-    which is tried. A delay is right to within a controller cycle.
+    A key is right if its value is the robot's, or if a replay gives the same recording with both
+    values. A delay may differ by less than a controller cycle.
     """
     replay = recorded(description, values)
     base = RobotConfig(**DESCRIPTIONS[description])
@@ -103,7 +103,10 @@ def _wrong_delay(key: str, found: Any, real: Any, seen: bool) -> list[str]:
 
 
 def _not_decided(found: Fit, replay: Replay) -> list[str]:
-    """Return keys that were reported as undecided although another value changes the recording."""
+    """Return a text for each key that is reported as undecided although its value matters.
+
+    The value matters if a replay with the opposite value differs from the recording.
+    """
     wrong = []
     for knob in found.knobs:
         value = getattr(found.config, knob.key)
@@ -111,5 +114,5 @@ def _not_decided(found: Fit, replay: Replay) -> list[str]:
             changed: dict[str, Any] = {knob.key: not value}
             other = replace(found.config, **changed)
             if replay.run(other).differences:
-                wrong.append(f"{knob.key} is decided, but said not to be")
+                wrong.append(f"{knob.key} is decided, but reported as undecided")
     return wrong

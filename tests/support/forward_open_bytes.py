@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 TRIAD = "0100 4D00 EFBEADDE"
-"""Connection serial number 1, vendor 77, originator 0xDEADBEEF."""
+"""The bytes of connection serial number 1, vendor 77 and originator serial number 0xDEADBEEF."""
 
 
 def forward_open(
@@ -45,11 +45,11 @@ def opened(
     intervals: str = "10270000 10270000",
     service: str = "D4",
 ) -> bytes:
-    """Return the success reply to a Forward Open: ids, triad, actual intervals, no more data."""
+    """Return the success reply to a Forward Open, with the actual packet intervals."""
     return bytes.fromhex(f"{service} 00 00 00 {o_to_t_id} {t_to_o_id} {triad} {intervals} 00 00")
 
 
 def refused(words: str, service: str = "D4", triad: str = TRIAD, remaining: str = "00") -> bytes:
-    """Return a refusal: 0x01, number of words, extended status, triad, remaining path size."""
+    """Return the reply that refuses a Forward Open with this extended status."""
     count = f"{len(bytes.fromhex(words)) // 2:02X}"
     return bytes.fromhex(f"{service} 00 01 {count} {words} {triad} {remaining} 00")

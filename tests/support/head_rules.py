@@ -15,7 +15,7 @@ OTHERS = (
     *("SI15_ProgramReset", "SI16_AlarmReset", "SI17_ReturnToOriginAbs"),
 )
 #: Safety inputs that must be ON before an input is set (chapter 5, 2, SI(01), and 3.2). A
-#: return-to-origin is a movement, too.
+#: return-to-origin is a movement and needs both.
 NEEDS = {
     "SI01_ServoOn": SAFETY[:1],
     "SI12_AutoStart": SAFETY,
@@ -33,7 +33,7 @@ class Since:
     start: int | None = None
 
     def look(self, now: int, so: bool, long: int) -> bool:
-        """Return whether the condition holds now and has held since a scan at least `long` ago."""
+        """Return whether the condition `so` has held in every scan for at least the time `long`."""
         if not so:
             self.start = None
         elif self.start is None:
@@ -44,7 +44,7 @@ class Since:
 
 @dataclass
 class Channel:
-    """The turns of a channel, as in RCX_CHANNEL."""
+    """The tickets of a channel, as in RCX_CHANNEL: the job with ticket `serving` may use it."""
 
     next_ticket: int = 0
     serving: int = 0
@@ -54,7 +54,7 @@ class Channel:
 
     @classmethod
     def of(cls, found: Mapping[str, object]) -> Channel:
-        """Return the channel with the field values of a program."""
+        """Return the channel with the values that the fields of RCX_CHANNEL have in a program."""
         return cls(
             int(str(found["NextTicket"])),
             int(str(found["Serving"])),
@@ -65,12 +65,12 @@ class Channel:
 
     @property
     def taken(self) -> bool:
-        """Return whether any job has the turn."""
+        """Return whether a job uses the channel."""
         return self.serving != self.next_ticket
 
     @property
     def gone(self) -> bool:
-        """Return whether the holder of the turn was not called in this scan."""
+        """Return whether the job that uses the channel was not called in this scan."""
         return self.serving != self.lowest
 
     def see(self, ticket: int) -> None:
@@ -79,11 +79,11 @@ class Channel:
         self.lowest = (self.serving + min(ahead)) % 65536
 
     def give_back(self) -> None:
-        """Release the turn."""
+        """Release the channel for the next ticket."""
         self.serving, self.holder = (self.serving + 1) % 65536, 0
 
     def pass_on(self) -> None:
-        """Give the turn to the first ticket that was called, or to no job."""
+        """Give the channel to the first ticket that was called in this scan, or to no job."""
         self.serving, self.holder, self.orphan = self.lowest, 0, False
 
 
@@ -92,8 +92,8 @@ class InputRules:
     """The rules for dedicated inputs: the caution in chapter 5, 3, and the head of the block.
 
     One input changes at a time: withdrawals first, then by number. Only a switch-off of SI(00) or
-    SI(06) is sent at once. Nothing is started that SI(00) or SI(06) forbid, or without a link. A
-    start of the PLC or of the link counts as a change.
+    SI(06) is sent at once. Without a link, or while SI(00) or SI(06) is OFF, the inputs that need
+    them stay OFF. A start of the link counts as a change.
     """
 
     applied: dict[str, bool] = field(
@@ -161,14 +161,14 @@ class HandshakeRules:
 
         Args:
             now: Time of the scan.
-            there: Whether the link is up and CPU_OK is ON.
+            there: Whether the link is up while CPU_OK is ON.
             status: Status as read in this scan.
-            asked: Whether the holder of the channel requests its command.
+            asked: Whether the job that uses the channel requests its command.
             hold: Whether a new command must wait.
             code: Command code, with the robot number.
             first: First data word of the command.
             same: Whether the data words of the command are already on the wire.
-            channel: The channel; this call may pass its turn on.
+            channel: The command channel. This call may give it to the next job.
             interval: Longest time until the controller sees a change.
         """
         seen = self._up.look(now, there and not self._lost, interval)
@@ -205,10 +205,11 @@ class HandshakeRules:
 
 @dataclass
 class HeadRules:
-    """All data to the robot: the words, and the dedicated inputs as bits.
+    """The rules for all data to the robot: the words, and the dedicated inputs as bits.
 
-    SI(06) stops a jog that should end or whose block is no longer called (guide 4.2.6). No command
-    is sent before SI(06) is ON again, unless the application keeps it OFF. While no command has its
+    SI(06) OFF stops a jog if it should end, or if its block is no longer called (guide 4.2.6). Then
+    commands wait until SI(06) is ON again, or the application keeps it OFF. While no command has
+    its
     data on the wire, words 2 to 15 belong to the robot program.
     """
 
@@ -237,7 +238,7 @@ class HeadRules:
         interval: int,
         margin: int,
     ) -> None:
-        """Calculate one scan; `ok` and `holds` belong to SI(00) and SI(06)."""
+        """Calculate one scan. `ok` and `holds` each have a value for SI(00) and one for SI(06)."""
         spacing = max(interval, 100) + margin
         may = [good and not held for good, held in zip(ok, holds, strict=True)]
         back = self.inputs.applied["SI06_Stop"] and self.inputs.settled
@@ -265,7 +266,7 @@ class HeadRules:
 
     @property
     def bits(self) -> int:
-        """Return bytes n + 32 (low) and n + 33 as a word: bit 10 is SI(12)."""
+        """Return the dedicated inputs, bytes n + 32 and n + 33, as a word: bit 10 is SI(12)."""
         return bits_of(self.inputs.applied)
 
 

@@ -8,10 +8,10 @@ from collections.abc import Iterator, Mapping
 from graphlib import CycleError, TopologicalSorter
 from pathlib import Path
 
-#: Imports of each module or room.
+#: Maps the name of a module, or of a top-level package, to the names that it imports.
 Graph = Mapping[str, frozenset[str]]
 
-#: A project that users get as a copy. It does not belong to the package.
+#: The template of a user's project. Its files do not belong to the package.
 _NO_PART = "new/template"
 
 _BY_NAME = ("setattr", "delattr", "getattr", "hasattr", "attrgetter", "patch", "object")
@@ -19,7 +19,7 @@ _PRIVATE = re.compile(r"([A-Za-z]\w*\.)*_[A-Za-z]\w*(\.\w+)*")
 
 
 def modules(package: Path) -> dict[str, Path]:
-    """Return the modules of a package by name, the package's `__init__` as a module of its own."""
+    """Return the files of a package's modules by name; `__init__` has the name of its package."""
     found = {}
     for file in sorted(package.rglob("*.py")):
         parts = file.relative_to(package.parent).with_suffix("").parts
@@ -39,7 +39,7 @@ def shipped(repository: Path) -> dict[str, Path]:
 
 
 def imports(*packages: Path) -> Graph:
-    """Return, for each module of the packages, the modules of the packages that it imports.
+    """Map each module of the packages to the modules of the packages that it imports.
 
     `import a.b` and `from a import b` are imports of `a.b`, or of `a` if `b` is not a module.
     """
@@ -68,9 +68,9 @@ def _named(file: Path, module: str) -> Iterator[str]:
 
 
 def room_graph(graph: Graph) -> Graph:
-    """Return the imports between the top-level modules and packages of a package.
+    """Return the imports between the rooms: the top-level modules and subpackages of a package.
 
-    `__init__` and `__main__` of the package are not rooms, because they are above all rooms.
+    `__init__` and `__main__` of the package are not rooms, because they may import all rooms.
     """
     rooms: dict[str, set[str]] = {}
     for module, imported in graph.items():
@@ -82,13 +82,13 @@ def room_graph(graph: Graph) -> Graph:
 
 
 def _room(module: str) -> str:
-    """Return the room of a module; empty for `__init__` and `__main__` of the package."""
+    """Return the top-level name of a module; empty for `__init__` and `__main__` of the package."""
     room = module.partition(".")[2].partition(".")[0]
     return "" if room == "__main__" else room
 
 
 def find_cycle(graph: Graph) -> list[str]:
-    """Return modules or rooms that import each other in a circle; the first is repeated last."""
+    """Return a circle of imports as names. The first name is repeated at the end."""
     try:
         TopologicalSorter(graph).prepare()
     except CycleError as error:

@@ -1,4 +1,4 @@
-"""FB_Jog with the blocks around it: helpers begin a jog and end it by the stop input."""
+"""A bench for FB_Jog, with helpers that begin a jog and end it by the stop input."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ from plc_bench import ROOT, PlcBench
 
 PROGRAM = ROOT / "tests/data/library/Levels.st"
 
-#: 12.400 with the position of the manual's example: 12345, -123, 2000.
+#: Words of the end status 16#4000 with alarm 12.400 and the position 12345, -123, 2000 of guide
+#: 4.2.6.
 STOPPED = [0x000C, 0x0190, 0, 0x3039, 0, 0xFF85, 0xFFFF, 0x07D0, 0]
 
 
@@ -19,7 +20,7 @@ def jog_plc() -> PlcBench:
 
 
 def jogging(plc: PlcBench, **pins: object) -> None:
-    """Set Enable, and scan until the code is sent and the controller executes it."""
+    """Set Enable, and scan until the controller executes the jog command."""
     for name, value in pins.items():
         plc[f"Jog.{name}"] = value
     plc["Jog.Enable"] = True
@@ -29,7 +30,7 @@ def jogging(plc: PlcBench, **pins: object) -> None:
 
 
 def end_by_stop(plc: PlcBench) -> None:
-    """Reset Enable, and let the controller end the jog with 12.400."""
+    """Reset Enable, and let the controller end the jog with the alarm 12.400."""
     plc["Jog.Enable"] = False
     plc.scan(2)
     plc.answer(0x4000, STOPPED)
@@ -38,7 +39,7 @@ def end_by_stop(plc: PlcBench) -> None:
 
 
 def present(plc: PlcBench, what: str, there: bool) -> None:
-    """Set or remove the link (`Connected`) or CPU_OK."""
+    """Switch the link (`Connected`) or CPU_OK on or off."""
     if what == "Connected":
         plc["Connected"] = there
     else:

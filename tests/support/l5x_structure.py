@@ -9,8 +9,7 @@ from __future__ import annotations
 import re
 from xml.etree.ElementTree import Element
 
-#: Children of an element, in this order. All may be missing, and children of a kind may be
-#: repeated.
+#: Children of each element in their order. Each child may be missing or repeated.
 CHILDREN = {
     "RSLogix5000Content": ("Controller",),
     "Controller": ("DataTypes", "AddOnInstructionDefinitions", "Tags", "Programs", "Tasks"),
@@ -43,7 +42,7 @@ CHILDREN = {
 _LEAVES = ("Description", "AdditionalHelpText", "RevisionNote", "Line", "Dependency")
 _VALUES = ("DataValue", "DataValueMember")
 
-#: Attributes in their order. Those in parentheses may be missing.
+#: Attributes of each element in their order. Attributes in parentheses may be missing.
 ORDER = {
     "RSLogix5000Content": "SchemaRevision SoftwareRevision TargetName TargetType (TargetRevision) "
     "(TargetLastEdited) ContainsContext (Owner) (ExportDate) (ExportOptions)",
@@ -72,7 +71,7 @@ _HIDDEN = "ZZZZZZZZZZ"
 
 
 def faults(root: Element) -> list[str]:
-    """Return the violations of the structure, with the path of elements to each."""
+    """Return the violations of the structure, each with the path of its element."""
     if root.tag != "RSLogix5000Content":
         return [f"the root is {root.tag}, not RSLogix5000Content"]
     return [*_below(root, root.tag)]
@@ -87,7 +86,7 @@ def _below(element: Element, path: str) -> list[str]:
         if child.get("Name"):
             where += f" {child.get('Name')}"
         if child.tag not in allowed:
-            found.append(f"{where}: there is no such element here")
+            found.append(f"{where}: this element is not allowed here")
             continue
         rank = allowed.index(child.tag)
         if rank < last:
@@ -95,7 +94,7 @@ def _below(element: Element, path: str) -> list[str]:
         last = max(last, rank)
         found += _below(child, where)
     if element.tag in _VALUES and not re.fullmatch(r"-?[\d.E+-]+", element.get("Value", "")):
-        found.append(f"{path}: {element.get('Value')} is no number")
+        found.append(f"{path}: {element.get('Value')} is not a number")
     return found
 
 
@@ -112,8 +111,8 @@ def _attributes(element: Element, path: str) -> list[str]:
     found += [f"{path}: there is no attribute {name}" for name in unknown]
     present = [names.index(name) for name in given if name in names]
     if present != sorted(present):
-        found.append(f"{path}: the attributes are in another order")
+        found.append(f"{path}: the attributes are in the wrong order")
     name = element.get("Name", "X")
     if not name.startswith(_HIDDEN) and not _NAME.fullmatch(name):
-        found.append(f"{path}: {name} is no name")
+        found.append(f"{path}: {name} is not a valid name")
     return found

@@ -17,14 +17,14 @@ _AXES = 6
 
 @dataclass
 class LevelView(RobotView):
-    """The data that only a level block uses.
+    """The data of the robot that only level blocks use.
 
     Attributes:
         released: Whether SI(06) is ON and settled.
         stop_ok: Whether SI(06) was allowed to be ON in the last scan.
         stopped: Whether there is an emergency stop, by the controller or by the PLC.
         response: The words of the response.
-        stop_jog: Whether a jog that was sent must stop.
+        stop_jog: Whether the block requests that its jog stops.
     """
 
     released: bool = False
@@ -34,7 +34,7 @@ class LevelView(RobotView):
     stop_jog: bool = False
 
     def number(self, axis: int) -> int:
-        """Return the double word of an axis (counted from 0) in a response."""
+        """Return the signed double word of an axis (counted from 0) in the response."""
         low, high = self.response[3 + 2 * axis : 5 + 2 * axis]
         value = high << 16 | low
         return value - (1 << 32) if value >> 31 else value
@@ -42,7 +42,7 @@ class LevelView(RobotView):
 
 @dataclass
 class LevelRule:
-    """The model of a level block. The pins are attributes."""
+    """The model of a level block. The block's pins are attributes of the model."""
 
     enable: bool = False
     timeout: int = 0
@@ -62,11 +62,11 @@ class LevelRule:
     _waits: Since = field(default_factory=Since)
 
     def scan(self, view: LevelView) -> None:
-        """Calculate one call."""
+        """Calculate one call of the block."""
         raise NotImplementedError
 
     def _late(self, view: LevelView, waits: bool) -> bool:
-        """Return whether the block has waited longer than its Timeout at the start."""
+        """Return whether the block has waited for longer than its Timeout, as set at the start."""
         return self._waits.look(view.now, self._limit > 0 and waits, self._limit)
 
     def _clear(self) -> None:
@@ -89,7 +89,7 @@ class JogRule(LevelRule):
     _recovering: bool = False
 
     def scan(self, view: LevelView) -> None:
-        """Calculate one call."""
+        """Calculate one call of FB_Jog."""
         job = self.job
         self._clear()
         self._locked = self._locked and self.enable
@@ -163,14 +163,14 @@ class JogRule(LevelRule):
 
 @dataclass
 class ContinuousRule(LevelRule):
-    """A model of FB_ContinuousPosition; `hand` and `arms` come from word m + 6."""
+    """A model of FB_ContinuousPosition. `hand` and `arms` are decoded from word m + 6."""
 
     unit_mm: bool = False
     hand: int = 0
     arms: tuple[int, int] = (0, 0)
 
     def scan(self, view: LevelView) -> None:
-        """Calculate one call."""
+        """Calculate one call of FB_ContinuousPosition."""
         job = self.job
         self._clear()
         if self.enable and not self.number and not job.busy:
@@ -208,7 +208,7 @@ class ContinuousRule(LevelRule):
             self.arms = (rotation.get(word >> 3 & 0xF, 0), rotation.get(word >> 7 & 0xF, 0))
 
 
-#: A new rule for each block.
+#: Maps the name of a level block to the class of its model.
 LEVELS: dict[str, Callable[[], LevelRule]] = {
     "FB_ContinuousPosition": ContinuousRule,
     "FB_Jog": JogRule,

@@ -17,19 +17,20 @@ from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.serve.station import Station
 from rcx_harness.spec.wire import CYCLE_US
 
-#: Longest wait in cycles. A cycle takes a millisecond or more of real time.
+#: Longest wait for a condition [controller cycles]. A cycle takes a millisecond or more of real
+#: time.
 _MOST_CYCLES = 20_000
 _PAUSE_S = 0.001
 _INTERVAL_CYCLES = 30
 
 
 class LiveMaster:
-    """Adapter, controller and scanner. Keyword arguments are those of RobotConfig.
+    """A master with adapter, controller and scanner. Keyword arguments are those of RobotConfig.
 
     Attributes:
         robot: The controller.
         station: The controller on its network.
-        scanner: The master's end, which the test opens.
+        scanner: The scanner of the master. The test opens its connection.
     """
 
     def __init__(self, multiplier: int = 5, **config: Any) -> None:
@@ -46,7 +47,7 @@ class LiveMaster:
             raise
 
     def connect(self, multiplier: int = 5, **options: Any) -> Scanner:
-        """Return another scanner for the same adapter, which is not open yet."""
+        """Return another scanner for the same adapter. Its connection is not open yet."""
         host, port = self.adapter.address
         size = self.robot.config.size
         return Scanner(host, size, port=port, io_port=0, multiplier=multiplier, **options)
@@ -59,12 +60,12 @@ class LiveMaster:
             self._pause.wait(_PAUSE_S)
 
     def until(self, what: Callable[[], bool]) -> None:
-        """Let cycles pass until the condition holds."""
+        """Run controller cycles until the condition holds."""
         for _ in range(_MOST_CYCLES):
             if what():
                 return
             self.cycle()
-        raise AssertionError(f"not in {_MOST_CYCLES} cycles; {self.station.report()}")
+        raise AssertionError(f"no success in {_MOST_CYCLES} cycles; {self.station.report()}")
 
     def on(self, name: str) -> bool:
         """Return whether a dedicated output is ON, as the master receives it."""
@@ -77,7 +78,7 @@ class LiveMaster:
         return bool((area[32] | area[33] << 8) & OUTPUTS[name])
 
     def turn(self, name: str, on: bool) -> None:
-        """Change a dedicated input, and wait until the controller has had it for the interval."""
+        """Change a dedicated input, and wait for the minimum interval until the next change."""
         mask = INPUTS[name]
         word = self.si[32] | self.si[33] << 8
         self.si[32:34] = (word | mask if on else word & ~mask).to_bytes(2, "little")
@@ -87,7 +88,7 @@ class LiveMaster:
         self.cycle(_INTERVAL_CYCLES)
 
     def pulse(self, name: str) -> None:
-        """Switch the input ON, then OFF."""
+        """Switch a dedicated input ON, then OFF."""
         self.turn(name, True)
         self.turn(name, False)
 
@@ -113,6 +114,6 @@ class LiveMaster:
         return [alarm.number for alarm in self.robot.alarms.active]
 
     def close(self) -> None:
-        """End both sides."""
+        """Close the scanner and the adapter."""
         self.scanner.close()
         self.adapter.close()

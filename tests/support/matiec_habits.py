@@ -1,4 +1,7 @@
-"""Programs with a single construct each, beyond `test_constructs`, as input of matiec."""
+"""Programs with one construct each, as input of matiec.
+
+They complete those in test_constructs.py.
+"""
 
 from __future__ import annotations
 
@@ -119,7 +122,7 @@ HABITS: dict[str, tuple[str, str, str]] = {
 def iec2c_takes(
     before: str, variables: str, body: str, folder: Path, end: str = "END_PROGRAM"
 ) -> bool:
-    """Return whether matiec itself translates this program."""
+    """Return whether matiec's iec2c translates this program without an error."""
     matiec = find_matiec()
     assert matiec is not None
     file = folder / "program.st"

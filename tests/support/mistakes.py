@@ -1,4 +1,4 @@
-"""List all errors in sources, for tests."""
+"""Check sources and list all errors, for tests."""
 
 from __future__ import annotations
 

@@ -1,7 +1,7 @@
 """A PLC's Modbus TCP server (pymodbus); the test reads and writes its registers.
 
-A lock is held during each request, as OpenPLC's runtime locks its buffers. A request reads or
-writes all of its registers between two scans.
+The server holds a lock during each request, as OpenPLC's runtime locks its buffers. A request
+therefore reads or writes all of its registers between two scans.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class ModbusPlc:
 
     Attributes:
         port: Its TCP port; the same after `stop` and `start`.
-        holds: Registers by number; missing registers are 0.
-        refuses: The code with which every request is refused, or None.
-        deaf: Whether requests get no answer.
+        holds: Maps the number of a register to its value. Missing registers are 0.
+        refuses: The exception code with which the server refuses every request, or None.
+        deaf: Whether the server leaves requests without an answer.
         requests: Function code, first register and number of each request, in their order.
     """
 
@@ -46,7 +46,7 @@ class ModbusPlc:
         self.start()
 
     def start(self) -> None:
-        """Start to listen."""
+        """Start the server. After a stop it uses the same port again."""
         self._run(self._start())
 
     def stop(self) -> None:
@@ -60,11 +60,11 @@ class ModbusPlc:
             yield self.holds
 
     def wait_exchanges(self, number: int = 1) -> None:
-        """Wait until this many more exchanges (reading, then writing) are complete."""
+        """Wait until a client has read and then written the registers this many times more."""
         with self._exchanged:
             goal = self._exchanges + number
             done = self._exchanged.wait_for(lambda: self._exchanges >= goal, _LIMIT_S)
-        assert done, "nobody reads and writes the registers"
+        assert done, "no client has read and written the registers"
 
     def close(self) -> None:
         """End the PLC's server."""

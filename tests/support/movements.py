@@ -8,7 +8,7 @@ from robot_master import Master
 
 NORMAL, ABNORMAL = 0x0200, 0x4000
 FORMAT_ERROR = (ABNORMAL, 4, 2)
-#: Position output flags.
+#: Flags in a command that select the unit of the position output.
 MM, PULSES = 0x8000, 0x4000
 
 
@@ -25,12 +25,15 @@ def low_high(*values: int) -> tuple[int, ...]:
 
 
 def way_of(master: Master, *words: int) -> list[tuple[int, ...]]:
-    """Return the positions of all axes before a movement and every 5 ms until its normal end."""
+    """Run a movement to its normal end.
+
+    Return the positions of all axes at its start and every 5 ms.
+    """
     master.send(*words)
     seen = [tuple(master.robot.positions)]
     while master.status not in (NORMAL, ABNORMAL):
         master.run(5)
         seen.append(tuple(master.robot.positions))
-        assert len(seen) < 4_000, "no end within 20 s"
+        assert len(seen) < 4_000, "the movement did not end within 20 s"
     assert master.status == NORMAL
     return seen

@@ -11,14 +11,16 @@ _JOGS = (0x0020, 0x0021, 0x0022)
 
 
 class OperatorBench(PlcBench):
-    """FB_Operator with servos on, AUTO mode, the panel in manual operation, and no movement.
+    """FB_Operator with servos on, in AUTO mode.
+
+    The panel is in manual operation, and nothing moves.
 
     Args:
         engine: The engine that runs the program.
         up: Whether the robot is powered up; if not, the PLC has just started.
         contract: Whether the contract monitor checks each scan; False for tests that restore an
             earlier state.
-        panel: Values of members of the panel, written at the end.
+        panel: Values of members of the panel, which are written after power-up.
 
     Attributes:
         refuse: Code of a command that ends with `alarm`; 0 for none.
@@ -42,13 +44,13 @@ class OperatorBench(PlcBench):
         self.set(**panel)
 
     def scan(self, count: int = 1) -> None:
-        """Run scans; each command is answered in the scan after it."""
+        """Run scans. The bench answers each command in the scan after it."""
         for _ in range(count):
             self.scan_once()
             self._play()
 
     def scan_once(self) -> None:
-        """Run a scan in which the test itself answers."""
+        """Run a scan without an answer. The test itself plays the controller."""
         super().scan()
 
     def _play(self) -> None:
@@ -67,7 +69,7 @@ class OperatorBench(PlcBench):
 
     @property
     def codes(self) -> list[int]:
-        """Return the codes of `sent`."""
+        """Return the command codes of the telegrams in `sent`."""
         return [words[0] for words in self.sent]
 
     def set(self, *, scans: int = 0, **members: Any) -> None:
@@ -77,7 +79,7 @@ class OperatorBench(PlcBench):
         self.scan(scans)
 
     def key(self, name: str, down: bool = True, *, scans: int = 0) -> None:
-        """Press or release a key for the next scan, then run scans."""
+        """Press or release a key of the panel, then run scans."""
         self[f"Panel.Key.{name}"] = down
         self.scan(scans)
 
@@ -91,11 +93,11 @@ class OperatorBench(PlcBench):
         self.scan(1 + then)
 
     def can(self, *names: str) -> list[bool]:
-        """Return which of these keys the panel offers."""
+        """Return for each of these keys whether the panel offers it."""
         return [bool(self[f"Panel.Can.{name}"]) for name in names]
 
     def lamps(self) -> list[str]:
-        """Return the lamps that are ON."""
+        """Return the names of the panel's lamps that are ON."""
         names: Sequence[str] = (
             *("Connected", "EmergencyStop", "Alarm", "Warning", "ServoOn", "AutoMode", "Origin"),
             *("Running", "Stopped", "Moving", "Busy", "Taught", "Fault"),
@@ -104,7 +106,7 @@ class OperatorBench(PlcBench):
 
     @property
     def message(self) -> int:
-        """Return the number of the message."""
+        """Return the number of the message on the panel."""
         number = self["Panel.MessageID"]
         assert isinstance(number, int)
         return number

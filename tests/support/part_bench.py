@@ -1,4 +1,4 @@
-"""FB_PickPlace beside other blocks, with a simulated robot, hand and parts.
+"""A bench for FB_PickPlace beside other blocks, with a simulated robot, hand and parts.
 
 The controller executes a command two scans after its code has come, and then answers.
 """
@@ -17,13 +17,13 @@ _MOVE, _BIT, _PORT, _READ = 0x001, 0x301, 0x300, 0x304
 _FINGERS = 0x0040  # DI4()
 _CLOSES, _OPENS = 20, 21
 
-#: The fault of a command when it is executed; see `PartBench.fault`.
+#: The name of a command's fault; `PartBench.fault` lists the names.
 Fault = str
 
 
 @cache
 def _powered_up(engine: str) -> tuple[PlcBench, tuple[Any, int, bytes]]:
-    """Return the program with a robot that is ready, and its state at that time."""
+    """Return the program after power-up, with the state of the PLC at that time."""
     plc = PlcBench(program=ROOT / "tests/data/library/TwoBlocks.st", engine=engine, contract=False)
     plc.power_up()
     plc.outputs(SO02=True)
@@ -34,12 +34,13 @@ def _powered_up(engine: str) -> tuple[PlcBench, tuple[Any, int, bytes]]:
 class PartBench:
     """The block `Pick` with a robot between SOURCE and TARGET.
 
-    When a part is taken from the source, the next part lies there. Forbidden events raise an error
-    at once.
+    The source is never empty. If the hand opens at a wrong place, or a second part is fetched, the
+    bench raises an error.
 
     Attributes:
-        told: Commands that were executed or refused: `move 10`, `DO(20) ON`, `read DO2`.
-        place: Point at which the robot stands.
+        told: List of the commands that were executed or refused: `move 10`, `DO(20) ON`, `read
+        DO2`.
+        place: Point at which the robot is.
         closed: Whether the hand is closed.
         held: Whether a part is in the hand.
         delivered: Parts that were put down at the target.
@@ -48,8 +49,7 @@ class PartBench:
             empty for a normal end.
         powered: Whether the controller is on. Without power, a hand with one output opens.
         fingers: Whether the fingers move. DI(43) shows that they have closed.
-        foreign: Whether another block switches the hand. Then the place where it opens is not
-            checked.
+        foreign: Whether another block switches the hand. If so, the hand may open at any point.
     """
 
     def __init__(self, engine: str = "builtin", *, outputs: int = 1, sensor: bool = False) -> None:
@@ -75,7 +75,7 @@ class PartBench:
 
     @property
     def sent(self) -> int:
-        """Return the number of commands that the controller has received, except reading ones."""
+        """Return the number of commands that the controller has received, without read commands."""
         return self._sent
 
     def __getitem__(self, path: str) -> Any:
@@ -86,12 +86,12 @@ class PartBench:
 
     @property
     def end(self) -> tuple[str, int, bool]:
-        """Return Done, Busy or Error, ErrorID and Holds of the block."""
+        """Return which of Done, Busy and Error are TRUE, the ErrorID, and Holds."""
         shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
         return shown, int(self["Pick.ErrorID"]), bool(self["Pick.Holds"])
 
     def scan(self, count: int = 1) -> None:
-        """Run scans, in which the controller answers."""
+        """Run scans. The controller of the bench answers in each."""
         for _ in range(count):
             self.plc.scan()
             self._controller()
@@ -120,7 +120,7 @@ class PartBench:
         return "Done" if self[f"{block}.Done"] else f"{int(self[f'{block}.ErrorID']):04X}"
 
     def send(self, code: int, *data: int) -> None:
-        """Let another block send a command; it waits for its turn."""
+        """Let another block send a command. This block waits until the command channel is free."""
         self["Other.Execute"] = False
         self.scan()
         self["Other.Code"] = code
@@ -193,7 +193,7 @@ class PartBench:
     def _act(self, words: list[int]) -> int:
         if words[0] == _MOVE:
             self.place = words[4]
-            assert not (self.held and self.place == SOURCE), "it fetches a second part"
+            assert not (self.held and self.place == SOURCE), "fetched a second part"
         elif words[0] == _BIT:
             number = 10 * (words[2] >> 4 & 15) + (words[2] & 15)
             self._on = self._on | {number} if words[3] else self._on - {number}
@@ -212,12 +212,12 @@ class PartBench:
     def _hand(self) -> None:
         closed = _CLOSES in self._on
         if self._two and closed == (_OPENS in self._on):
-            return  # the hand stays as it is
+            return  # equal signals do not move a hand with two outputs
         if closed and not self.closed:
             self.held = self.place == SOURCE
         elif self.closed and not closed and self.held:
             free = self.place == TARGET or self.foreign or not self.powered
-            assert free, f"it opens at {self.place}"
+            assert free, f"the hand opens with a part at point {self.place}"
             self.delivered += self.place == TARGET
             self.held = False
         self.closed = closed

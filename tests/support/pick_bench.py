@@ -1,6 +1,6 @@
-"""FB_PickPlace with a small robot that ends each command at once and lists the commands.
+"""A bench for FB_PickPlace. Its small robot ends each command at once and lists the commands.
 
-The words are those of guide 4.2.1, 4.2.5, 4.2.17 and 4.5.1.
+The telegrams are described in guide 4.2.1, 4.2.5, 4.2.17 and 4.5.1.
 """
 
 from __future__ import annotations
@@ -16,16 +16,16 @@ _OUTPUTS = 1  # port type DO
 
 
 class PickBench(PlcBench):
-    """The block `Pick` and its robot.
+    """The bench with the block `Pick` and its robot.
 
     Attributes:
-        told: The received commands: `PTP 10 at 50`, `DO(20) ON`, `DI2?`, `DO2?`; `date` comes from
-        another block, `Other`.
+        told: List of the received commands: `PTP 10 at 50`, `DO(20) ON`, `DI2?`, `DO2?`. The
+        command `date` comes from another block, `Other`.
         on: Outputs that are ON.
         inputs_on: Inputs that are ON, as 20 for DI(20).
         follows: Inputs that follow an output: with {21: 20}, DI(21) is ON while DO(20) is ON.
-        refuses: A command that ends in the alarm 12.600, such as `PTP 20 at 50`. Only the next such
-            command is refused.
+        refuses: A command such as `PTP 20 at 50`. The robot ends it with the alarm 12.600, but only
+        the first time.
         silent: A command that gets no end status.
     """
 
@@ -81,7 +81,7 @@ class PickBench(PlcBench):
         self.scan()
 
     def work(self) -> list[str]:
-        """Start the block, wait for its end, and return the commands that came in the meantime."""
+        """Start the block, wait for its end, and return the commands that it sent."""
         before = len(self.told)
         self.start()
         if self["Pick.Busy"]:
@@ -89,14 +89,14 @@ class PickBench(PlcBench):
         return self.told[before:]
 
     def until(self, text: str) -> None:
-        """Wait until this command comes; start the block first if it is idle."""
+        """Scan until this command arrives. If the block is idle, start it first."""
         if not self["Pick.Busy"]:
             self.start()
         self.scan_until(lambda: bool(self.told) and self.told[-1] == text, most=300)
 
     @property
     def end(self) -> tuple[str, int, str, bool]:
-        """Return Done or Error, ErrorID, Stage, Holds."""
+        """Return the block's end (Done or Error), ErrorID, Stage and Holds."""
         shown = " ".join(name for name in ("Done", "Busy", "Error") if self[f"Pick.{name}"])
         stage = str(self["Pick.Stage"])
         return shown, int(self["Pick.ErrorID"]), stage, bool(self["Pick.Holds"])
@@ -108,7 +108,7 @@ def picking(engine: str = "auto", **pins: Any) -> PickBench:
 
 
 def _port(word: int) -> int:
-    """Return the bits of a port number: tens in bits 8 to 11, units in bits 4 to 7."""
+    """Return a port number from its bits in the telegram: tens in bits 8 to 11, units in 4 to 7."""
     return 10 * (word >> 8 & 15) + (word >> 4 & 15)
 
 

@@ -34,7 +34,10 @@ class Member:
 
 @dataclass(frozen=True)
 class PinRow:
-    """A row for a pin on the wire. Several rows of a pin have different conditions."""
+    """A row of the table: a pin and its places in the telegram.
+
+    A pin may have a row for each condition.
+    """
 
     pin: str
     default: str
@@ -48,18 +51,18 @@ class PinRow:
 
     @property
     def members(self) -> tuple[Member, ...]:
-        """Return the members of the pin's enumeration, or nothing for another type."""
+        """Return the members of the pin's enumeration, or an empty tuple for other types."""
         return every_enumeration().get(self.how, ())
 
     @property
     def scale(self) -> int:
-        """Return the factor of a REAL, or 0."""
+        """Return the factor from a REAL pin to its number in the telegram, or 0 without one."""
         found = _SCALE.fullmatch(self.how)
         return int(found[1]) if found else 0
 
     @property
     def initial(self) -> Value:
-        """Return the default as a value."""
+        """Return the pin's default in the table, converted from its text to a value."""
         text = self.default
         value: Value = text
         if self.how == "text":
@@ -74,7 +77,7 @@ class PinRow:
         return value if flags or len(self.places) == 1 else [value] * len(self.places)
 
     def counts(self, given: Given, words: Sequence[int] = ()) -> bool:
-        """Return whether the pin's condition holds with these pins and this answer."""
+        """Return whether the row's condition holds with these pin values and this answer."""
         if self.where is None:
             return True
         name, wanted = self.where
@@ -84,7 +87,7 @@ class PinRow:
         return str(given[name]).upper() == wanted
 
     def write(self, words: list[int], value: Value) -> None:
-        """Write the pin's value to its place in the section."""
+        """Write the pin's value to its places in the telegram."""
         if self.flag:
             self.flag.write(words, int(value != 0))
         if self.members and len(self.places) > 1 and self.places[0].width == 1:
@@ -101,7 +104,7 @@ class PinRow:
             part.write(words, number - (1 << part.width) * (number > part.limits[1]))
 
     def shown(self, words: Sequence[int]) -> Value:
-        """Return the value of an output for this answer."""
+        """Return the value that the output pin has after this answer."""
         numbers = [part.read(words) for part in self.places]
         if self.how == "text":
             return bytes(numbers).decode("ascii").rstrip("\0 ")
@@ -112,7 +115,7 @@ class PinRow:
         number: int | None
         if self.members:
             number = next(one.value for one in self.members if one.name == value)
-            assert number is not None, f"{self}: {value} is no number"
+            assert number is not None, f"{self}: {value} is not a number"
             return number
         if self.how == "bit":
             return 1 << value - 1 if value else 0
@@ -139,9 +142,9 @@ class PinRow:
 
 @dataclass(frozen=True)
 class Pins:
-    """The pins of a block on the wire.
+    """The pins of a block and their places in its telegrams.
 
-    `codes` has a single entry for '' if no pin chooses the code.
+    `codes` maps the value of the selector pin to a code. Without a selector its only key is ''.
     """
 
     name: str
@@ -162,12 +165,12 @@ class Pins:
 
     @property
     def defaults(self) -> dict[str, str]:
-        """Return the defaults of all inputs as written in ST, including the selector's."""
+        """Return the defaults of all inputs, including the selector, as they are written in ST."""
         chosen = {self.select[0]: self.select[1]} if self.select[0] else {}
         return chosen | {entry.pin: entry.default for entry in self.inputs}
 
     def given(self, **pins: Value) -> dict[str, Value]:
-        """Return a value for every input: from `given`, else from the base, else the default."""
+        """Return a value for every input: from `given`, else from `base`, else the default."""
         chosen: dict[str, Value] = {self.select[0]: self.select[1]} if self.select[0] else {}
         for entry in self.inputs:
             chosen[entry.pin] = self.base.get(entry.pin, entry.initial)
@@ -185,7 +188,7 @@ class Pins:
             )
 
     def code(self, given: Given) -> int:
-        """Return word n, without the robot."""
+        """Return word n, the command code, without the robot number."""
         chosen = self.select[0]
         return self.codes[str(given[chosen]) if chosen else ""]
 
@@ -216,14 +219,14 @@ def refused_with(pin: str) -> int:
 
 @cache
 def every_enumeration() -> Mapping[str, tuple[Member, ...]]:
-    """Return the members by the name of their type."""
+    """Return the enumerations: each type's name with its members."""
     tables = load_toml(FOLDER / "pins/members.toml")
     return {name: tuple(map(_member, one["members"])) for name, one in tables.items()}
 
 
 @cache
 def every_block() -> Mapping[str, Pins]:
-    """Return the blocks by name."""
+    """Return the pins of all command blocks by the name of the block."""
     tables = load_toml(FOLDER / "pins/blocks.toml")
     return {name: _block(name, tables, **one) for name, one in tables["block"].items()}
 
@@ -259,7 +262,7 @@ def _input(text: str) -> PinRow:
     name, separator, rest = text.partition(" = ")
     default, *parts = rest.split(" | ")
     if not separator:
-        raise ValueError(f"not an input: {text!r}")
+        raise ValueError(f"not the text of an input: {text!r}")
     return _row(text, name, default, parts)
 
 
@@ -272,7 +275,7 @@ def _row(text: str, name: str, default: str, parts: Sequence[str]) -> PinRow:
     where, how, *extra = parts
     known = how in _FORMS or how in every_enumeration() or _SCALE.fullmatch(how)
     if not known or len(extra) > 1:
-        raise ValueError(f"not a row: {text!r}")
+        raise ValueError(f"not the text of a row: {text!r}")
     places = tuple(part for one in where.split(" / ") for part in place(one))
     kind, _, condition = extra[0].partition(" ") if extra else ("", "", "")
     left, _, right = condition.partition(" = ")

@@ -15,7 +15,10 @@ HANDSHAKES = PLANTED.with_name("planted_handshakes")
 
 @dataclass(frozen=True)
 class Fault:
-    """A row of faults.toml. The text `before` occurs once in `file` and is replaced by `after`."""
+    """A row of faults.toml: a fault that replaces `before` in `file` by `after`.
+
+    `before` occurs once.
+    """
 
     name: str
     file: str

@@ -1,4 +1,7 @@
-"""A PLC without a robot: the test plays the controller, byte by byte and scan by scan."""
+"""A bench for a PLC without a robot.
+
+The test plays the controller, byte by byte and scan by scan.
+"""
 
 from __future__ import annotations
 
@@ -22,10 +25,10 @@ BENCH = ROOT / "tests/data/library/Bench.st"
 
 
 def compiled(program: str | Path, engine: str = "auto") -> Program:
-    """Return a new instance of a program, given as its text or file.
+    """Return a new instance of a program, which is given as a text or as a file.
 
-    The program is compiled with the library blocks that it needs, and only once, since many tests
-    share it.
+    The program is compiled with the library blocks that it needs. Many tests share the compiled
+    program.
     """
     return _compiled(program, engine, tuple(LIBRARY))[0].instance()
 
@@ -34,7 +37,7 @@ def compiled(program: str | Path, engine: str = "auto") -> Program:
 def _compiled(
     program: str | Path, engine: str, library: tuple[Path, ...]
 ) -> tuple[BuiltinProgram | NativeProgram, frozenset[str]]:
-    """Return a program to copy, and the names of the instances that it calls in every scan."""
+    """Return the compiled program and the block instances that it calls in every scan."""
     with tempfile.TemporaryDirectory() as folder:
         file = program if isinstance(program, Path) else Path(folder) / "Program.st"
         if isinstance(program, str):
@@ -46,10 +49,11 @@ def _compiled(
 
 
 class PlcBench:
-    """A program that is scanned every 10 ms: Bench.st, or the given file or text.
+    """A bench that scans a program every 10 ms: Bench.st, or the given file or text.
 
-    Its areas lie at offset `m` and `n`. With the margin of 20 ms, the dedicated inputs change at
-    least 120 ms, 12 scans, apart. With `contract`, the contract monitor checks every scan of every
+    Its areas begin at the offsets `m` and `n`. With the margin of 20 ms, two changes of dedicated
+    inputs are at least 120 ms (12 scans) apart. With `contract`, the contract monitor checks every
+    scan of every
     block.
     """
 
@@ -97,7 +101,7 @@ class PlcBench:
             self._monitor.restore(judged)
 
     def scan(self, count: int = 1) -> None:
-        """Run scans, each of which reads the area `so`."""
+        """Run scans. Each scan reads the area `so`."""
         for _ in range(count):
             image = bytearray(self.program.read_bytes("Main.InputArea"))
             image[self.m : self.m + len(self.so)] = self.so
@@ -146,19 +150,19 @@ class PlcBench:
             self[name] = value == "1"
 
     def answer(self, status: int, response: Sequence[int] = (), *, scans: int = 0) -> None:
-        """Set the remote status and the words from SOW(1) on, the rest 0, then run scans."""
+        """Set the remote status and the words from SOW(1) on, fill up with 0, then run scans."""
         words = [status, *response, *[0] * (15 - len(response))]
         for k, word in enumerate(words):
             self.so[2 * k : 2 * k + 2] = word.to_bytes(2, "little")
         self.scan(scans)
 
     def complete(self, status: int = 0x0200, response: Sequence[int] = ()) -> None:
-        """Let the command end with this status in a scan, then reset the status."""
+        """Let the command end with this status for one scan, then reset the status."""
         self.answer(status, response, scans=1)
         self.answer(0)
 
     def give(self, block: str, code: int, *, most: int = 100) -> None:
-        """Let an FB_RemoteCommand send a command, and scan until its code is on the wire."""
+        """Start this FB_RemoteCommand, and scan until its code is on the wire."""
         self[f"{block}.Code"] = code
         self.scan_until(lambda: self.words[0] == code, most=most, execute=block)
 

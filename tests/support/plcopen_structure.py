@@ -57,14 +57,14 @@ def local(element: ET.Element) -> str:
 
 
 def check_structure(root: ET.Element) -> None:
-    """Check that elements and attributes are in the places that the schema of TC6 2.01 gives.
+    """Check that elements and attributes are where the schema of TC6 2.01 allows them.
 
     The check covers projects in Structured Text. It refuses ladder, function block diagrams and
     other languages.
 
     Raises:
-        InputError: another namespace, or an element that is unknown, misplaced or lacks an
-            attribute.
+        InputError: the namespace is wrong, an element is unknown or misplaced, or an attribute is
+        missing.
     """
     if root.tag != f"{{{NAMESPACE}}}project":
         raise InputError(f"<{root.tag}> is not a project of PLCopen TC6 XML 2.01")
@@ -84,7 +84,9 @@ def check_structure(root: ET.Element) -> None:
                 raise InputError(f"{path}: the attribute {attribute} is missing")
         found = "".join(f"{local(child)}," for child in element)
         if not re.fullmatch(children, found):
-            raise InputError(f"{path}: its elements are {found[:-1] or 'missing'}, not {children}")
+            raise InputError(
+                f"{path}: its elements are {found[:-1] or 'missing'}, expected {children}"
+            )
         waiting += [
             (child, path)
             for child in element

@@ -1,4 +1,4 @@
-"""FB_PointBackup and FB_PointRestore with an array; the test's controller holds the data."""
+"""A bench for FB_PointBackup and FB_PointRestore. Its controller stores the data of points."""
 
 from __future__ import annotations
 
@@ -9,15 +9,18 @@ from typing import Any
 
 from plc_bench import ROOT, PlcBench
 
-#: "Point doesn't exist", "Undefined pallet" of the public list of alarms.
+#: For each reference command, the alarm for missing data: "Point doesn't exist", "Undefined
+#: pallet".
 ABSENT = {0x101: (6, 204), 0x105: (6, 204), 0x109: (6, 236)}
 _READY, _RUN, _NORMAL, _ABNORMAL = 0x0000, 0x0100, 0x0200, 0x4000
-#: Codes of the definitions. The code of the reference is higher by 1 (guide 4.3).
+#: Codes of the definition commands. The code of each reference command is higher by 1 (guide 4.3).
 _DEFINITIONS = (0x100, 0x104, 0x108, 0x10C, 0x110)
 
 
 class PointsBench(PlcBench):
-    """The controller's side, which shows one status per scan: run, then the end until the reset.
+    """The bench with its controller.
+
+    A command has the run status for one scan, then its end status until the reset.
 
     Attributes:
         stored: The stored data by two keys: the code of the definition command (with the robot
@@ -47,7 +50,7 @@ class PointsBench(PlcBench):
         self.stored, self.sent, self.refuses, self.silent = {}, [], {}, False
 
     def scan(self, count: int = 1) -> None:
-        """Run scans with the controller's answers."""
+        """Run scans. The controller answers in each."""
         for _ in range(count):
             super().scan()
             self._step()
@@ -74,7 +77,7 @@ class PointsBench(PlcBench):
             return _ABNORMAL, ABSENT.get(code & 0xFFF, (6, 255))
         flag, *rest = self.stored[definition, number]
         if code & 0xFFF == 0x101:
-            rest[0] = flag  # the point flag is at m+6, not at n+2
+            rest[0] = flag  # the reference has the point flag at m+6, the definition at n+2
         elif code & 0xFFF == 0x111:
             rest[0] = code >> 12 or 1
         return _NORMAL, (0, number, *rest)
@@ -102,7 +105,7 @@ class PointsBench(PlcBench):
 
     @property
     def codes(self) -> list[int]:
-        """Return the codes of the telegrams that came."""
+        """Return the command codes of the received telegrams."""
         return [words[0] for words in self.sent]
 
 
@@ -112,14 +115,17 @@ def _made(engine: str) -> PointsBench:
 
 
 def points_bench(engine: str) -> PointsBench:
-    """Return the bench at its start."""
+    """Return the bench of this engine, reset to its start."""
     made = _made(engine)
     made.restart()
     return made
 
 
 def record(plc: PointsBench, first: int = 10, count: int = 4, missing: int = -1) -> None:
-    """Back up points from `first` on, with axis 1 as their number, and clear the controller."""
+    """Back up points from `first` on, then clear the controller.
+
+    Axis 1 of a point is its number.
+    """
     for number in range(first, first + count):
         if number != missing:
             plc.stored[0x100, number] = [1, 0, number, 0, *[0] * 10]

@@ -1,4 +1,4 @@
-"""A controller as in `rcx serve`, in virtual time, and a line to it for probes."""
+"""A controller as in `rcx serve` but in virtual time, and a network line to it for probes."""
 
 from __future__ import annotations
 
@@ -19,7 +19,10 @@ _TIMEOUT_US = 160_000
 
 
 class StationLine(NetworkLine):
-    """A line of rcx_harness.look.probe to a station that steps as time passes."""
+    """A network line for rcx_harness.look.probe.
+
+    The station at its end steps as virtual time passes.
+    """
 
     step_us = packet_us = CYCLE_US
     tolerance_us = 2 * CYCLE_US
@@ -66,7 +69,7 @@ class StationLine(NetworkLine):
         return self._images.to_master.read()
 
     def wait(self, us: int) -> None:
-        """Let cycles pass."""
+        """Run controller cycles for this time [us]."""
         end_us = self.now_us + us
         while self.now_us < end_us:
             if self._silent_us is not None and self.now_us - self._silent_us >= _TIMEOUT_US:
@@ -94,20 +97,20 @@ class StationLine(NetworkLine):
         return self._images.to_robot.read()
 
     def happen(self, text: str, event: str) -> bool:
-        """Carry out a request that is meant for the person at the cell."""
+        """Inject the event that the probe requests from the person at the cell."""
         self._station.happen(event)
         return True
 
 
 def question(name: str) -> Question:
-    """Return the question with this id."""
+    """Return the probe's question with this id."""
     return next(one for one in questions() if one.id == name)
 
 
 def rehearsed(
     *names: str, prepare: Callable[[StationLine], None] = lambda line: None, **config: Any
 ) -> Outcome:
-    """Run these questions (or all questions) on a virtual controller with these keys."""
+    """Ask these questions (or all) of a virtual controller whose configuration has these keys."""
     line = StationLine(RobotConfig(**config))
     prepare(line)
     asked = [question(name) for name in names] or questions()

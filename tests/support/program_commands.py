@@ -1,4 +1,4 @@
-"""Telegrams of category 5 to programs and tasks, and the controller's answers."""
+"""Telegrams of category 5, which handle programs and tasks, and the controller's answers."""
 
 from __future__ import annotations
 
@@ -18,14 +18,14 @@ SECOND = RobotProgram("SECOND", steps=("SO(32)=1", "WAIT SI(21)=1", "SO(33)=1"),
 
 
 def program_master(*programs: RobotProgram, **config: Any) -> Master:
-    """Return a master with SI(00) and SI(06) ON and these programs, or FIRST and SECOND."""
+    """Return a master with SI(00) and SI(06) ON. By default its programs are FIRST and SECOND."""
     master = Master(programs=programs or (FIRST, SECOND), **config)
     master.power_up()
     return master
 
 
 def registered_master(task: int = 3, **config: Any) -> Master:
-    """Return a master with FIRST in task 1 and SECOND in another task."""
+    """Return a master with FIRST in task 1 and SECOND in this task."""
     master = program_master(**config)
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=task, priority=32))
     return master
@@ -51,7 +51,7 @@ def states(master: Master) -> list[int]:
 
 
 def lines(master: Master) -> list[int]:
-    """Return the lines of tasks 1 to 8."""
+    """Return the current program lines of tasks 1 to 8."""
     return list(master.execute(LINES)[2:10])
 
 

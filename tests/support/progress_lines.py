@@ -1,4 +1,4 @@
-"""Remove the additional lines that a command prints on a slow machine."""
+"""Remove the progress lines that a command prints only on a slow machine."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A few blocks of plc/lib in a folder, and their results from the solver."""
+"""Copies of a few blocks of plc/lib for proofs, and the solver's verdicts for them."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _LIBRARY = sorted((_ROOT / "plc/lib").rglob("*.st"))
 
 
 def library(folder: Path, *blocks: str, bug: str = "", bugs: str = "") -> Library:
-    """Return these blocks and the blocks they use, with seeded bugs of `proof_bugs/BUGS.toml`."""
+    """Write a library of these blocks and the blocks they use, with one bug if `bug` is given."""
     own = [file for file in _LIBRARY if file.stem in blocks]
     for file in {*own, *needed(own, _LIBRARY)}:
         copy = folder / file.relative_to(_ROOT / "plc/lib")
@@ -39,5 +39,5 @@ def _change(bugs: str, name: str) -> dict[str, Any]:
 
 
 def statuses(item: Property, of: Library, part: str) -> set[str]:
-    """Return the solver's verdicts for the goals of a part."""
+    """Return the solver's verdicts for the proof goals of one part."""
     return {ask(goal.assumed, goal.claim, 20.0).status for goal in item.goals(of, part)}

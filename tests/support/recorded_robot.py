@@ -1,4 +1,4 @@
-"""Record a controller while a master tries everything that the keys of a robot file decide.
+"""Record a controller while a master tries everything that a robot file can configure.
 
 The master comes from the module robot_master. Every cycle is recorded, together with the actions of
 a person at the cell.
@@ -25,7 +25,7 @@ class RecordedMaster(Master):
         self.happenings: list[Happening] = []
 
     def run(self, ms: float, *, idle: bool = True) -> None:
-        """Let `ms` pass, in cycles of 5 ms; the inputs never change by themselves."""
+        """Let `ms` pass, in cycles of 5 ms. The inputs stay as they are."""
         for _ in range(round(ms * 1000) // CYCLE_US):
             si = bytes(self.si) if self.connected else None
             self.so = self.robot.cycle(self.now_us, si)
@@ -57,7 +57,7 @@ class RecordedMaster(Master):
 
 
 def short_run(master: RecordedMaster) -> None:
-    """Run power-on, servo ON, a program start, some references and an emergency stop in 3 s."""
+    """Run power-on, servo ON, a program start, some commands and an emergency stop in 3 s."""
     master.run(100)
     for name in ("SI00", "SI06"):
         master.turn_and_wait(name, True)
@@ -87,7 +87,7 @@ def busy_run(master: RecordedMaster) -> None:
     master.turn_and_wait("SI06", False)
     master.send(0x0501)
     master.run(100)
-    master.send(0x0505)  # without a status reset
+    master.send(0x0505)  # a new command without a status reset
     master.run(100)
     master.send(0)
     master.run(60)
@@ -139,7 +139,7 @@ def _signals(master: RecordedMaster) -> None:
     _up(master)
     master.turn("SI10", False)
     master.run(60)
-    master.turn("SI10", True)  # too early, so the level counts
+    master.turn("SI10", True)  # earlier than the minimum interval allows
     master.run(200)
     master.pulse("SI17", 120)
     master.run(1500)
@@ -178,7 +178,7 @@ def _data(master: RecordedMaster) -> None:
     master.ask("WritePointComment", point=50, comment="ABC")
     master.ask("ReadPointComment", point=50)
     master.ask("AssignValue", variable1=256, value=0x40200000)
-    master.ask("AssignVariable", variable1=3, variable2=256)  # a key decides: round or truncate
+    master.ask("AssignVariable", variable1=3, variable2=256)  # the key real_to_integer decides
     master.ask("ReadVariable", variable=3)
     master.ask("AssignValue", variable1=1, value=2_000_000_000)
     master.ask("MultiplyVariable", variable1=1, variable2=1)
@@ -205,7 +205,7 @@ def _data(master: RecordedMaster) -> None:
 
 
 def _handshake(master: RecordedMaster) -> None:
-    """Send commands that are changed, early or late, which no PLC should do."""
+    """Send commands that break the handshake: changed, too early or too late."""
     for words in ((0x0506,), (0x0501, 0, 0, 9)):
         master.send(0x0501)
         master.run(5)
@@ -218,7 +218,7 @@ def _handshake(master: RecordedMaster) -> None:
         master.run(5)
         if master.status in ENDS:
             break
-    master.send(0x0506)  # without a status reset
+    master.send(0x0506)  # a new command without a status reset
     master.run(50)
     master.send(0)
     master.run(5)
@@ -335,7 +335,7 @@ def _person(master: RecordedMaster) -> None:
 def _link(master: RecordedMaster) -> None:
     master.connected = False
     master.run(100)
-    master.turn("SI16", True)  # ON in the first image
+    master.turn("SI16", True)  # SI(16) is ON in the first image after the connection
     master.send(0x0501)
     master.connected = True
     master.run(200)
@@ -366,7 +366,7 @@ def _power(master: RecordedMaster) -> None:
 
 
 def _words(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
-    """Return the words of a command; values that the manual forbids are possible."""
+    """Return the words of a command. The field values may be illegal."""
     entry = command(name)
     words = [0] * 16
     for part in entry.request:
@@ -376,7 +376,7 @@ def _words(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
 
 
 def noted(values: Mapping[str, Any], seed: int = 0) -> RecordedMaster:
-    """Return the master of a controller with these values after the exercises."""
+    """Return the master that has run all exercises with a controller with these values."""
     master = RecordedMaster(seed, **values)
     exercised(master)
     return master

@@ -1,4 +1,4 @@
-"""FB_CommandRecorder alone, with helpers that write its inputs and read its log."""
+"""A bench for FB_CommandRecorder, with helpers that write its inputs and read its log."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _NOTHING: Row = ("LOG_NOTHING", 0, 0)
 
 
 class Recorder:
-    """The block, called every 10 ms."""
+    """The recorder block, which is called every 10 ms."""
 
     def __init__(self) -> None:
         self._alone = _alone()
@@ -40,14 +40,14 @@ class Recorder:
         self.scan(scans)
 
     def rows(self) -> list[Row]:
-        """Return Kind, Number and Result of the rows, without empty rows at the end."""
+        """Return Kind, Number and Result of the log's rows, except empty rows at the end."""
         rows = [short(row) for row in self["Rows"]]
         while rows and rows[-1] == _NOTHING:
             rows.pop()
         return rows
 
     def edges(self, count: int) -> None:
-        """Change SO(15), the warning, this many times, once a scan."""
+        """Change SO(15), the warning, this many times: once in each scan."""
         for _ in range(count):
             self["Robot.SO.SO15_Warning"] = not self._alone["Robot.SO.SO15_Warning"]
             self.scan()
@@ -75,12 +75,12 @@ def _alone() -> Alone:
 
 
 def short(entry: Mapping[str, Any]) -> Row:
-    """Return Kind, Number and Result of an entry."""
+    """Return Kind, Number and Result of a log entry."""
     return entry["Kind"], entry["Number"], entry["Result"]
 
 
 def connected() -> Recorder:
-    """Return a recorder after Connected and CPU_OK, with a single row in its log: SO(01)."""
+    """Return a recorder after Connected and CPU_OK. Its log has a row for each of the two."""
     block = Recorder()
     block["Robot.Connected"] = True
     block["Robot.SO.SO01_CpuOk"] = True

@@ -1,4 +1,4 @@
-"""A master without a PLC that sets bits and words and lets controller cycles pass."""
+"""A master without a PLC. It sets bits and words, and runs controller cycles."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from rcx_harness.robot import Controller, RobotConfig
 from rcx_harness.robot.area import INPUTS, OUTPUTS
 from rcx_harness.spec.wire import CYCLE_US
 
-#: Words m to m+30 of a normal end without response data.
+#: The words m to m+30 after a normal end without response data.
 NORMAL_END = (0x0200,) + (0,) * 15
 
 
@@ -35,8 +35,8 @@ class Master:
     def run(self, ms: float, *, idle: bool = False) -> None:
         """Let `ms` pass, in cycles of 5 ms.
 
-        A general-purpose input changes in every cycle, so that no cycle is skipped as idle. With
-        `idle` no input changes, and the controller skips idle cycles, which is faster.
+        By default a general-purpose input changes in every cycle, and no cycle is skipped. With
+        `idle`, no input changes, and the controller skips idle cycles. This is faster.
         """
         for _ in range(round(ms * 1000) // CYCLE_US):
             self.si[45] ^= 0 if idle else 0x80
@@ -54,12 +54,12 @@ class Master:
         self.run(ms)
 
     def pulse(self, name: str, ms: float = 150) -> None:
-        """Switch an input ON, then OFF, each for `ms`."""
+        """Switch a dedicated input ON, then OFF, each for `ms`."""
         self.turn_and_wait(name, True, ms)
         self.turn_and_wait(name, False, ms)
 
     def drop(self, name: str, ms: float = 150) -> None:
-        """Switch an input OFF, then ON again, each for `ms`."""
+        """Switch a dedicated input OFF, then ON again, each for `ms`."""
         self.turn_and_wait(name, False, ms)
         self.turn_and_wait(name, True, ms)
 
@@ -78,12 +78,12 @@ class Master:
 
     @property
     def words(self) -> tuple[int, ...]:
-        """Return words m to m+30."""
+        """Return words m to m+30 as the controller sends them."""
         return struct.unpack_from("<16H", self.so)
 
     @property
     def status(self) -> int:
-        """Return word m."""
+        """Return word m, the remote status."""
         return self.words[0]
 
     def finish(self, within_ms: float = 5000) -> tuple[int, ...]:
@@ -92,7 +92,9 @@ class Master:
             self.run(5)
             if self.status in (0x0200, 0x4000):
                 return self.words
-        raise AssertionError(f"no end status within {within_ms} ms; status 0x{self.status:04X}")
+        raise AssertionError(
+            f"the command did not end within {within_ms} ms; status 0x{self.status:04X}"
+        )
 
     def execute(self, *words: int) -> tuple[int, ...]:
         """Send a command, let it end, return words m to m+30 at its end, and reset the status."""
@@ -104,7 +106,7 @@ class Master:
         return answer
 
     def power_up(self) -> None:
-        """Power up to SI(00) and SI(06) ON, with the controller booted and no alarm."""
+        """Wait until the controller has booted, then switch SI(00) and SI(06) ON."""
         self.run(300, idle=True)
         for name in ("SI00", "SI06"):
             self.turn(name, True)
@@ -119,12 +121,12 @@ class Master:
         assert self.on("SO02")
 
     def texts(self) -> list[str]:
-        """Return new violations as `rule: text`."""
+        """Return the violations since the last call as `rule: text`."""
         return [f"{found.rule}: {found.text}" for found in self.robot.drain_violations()]
 
 
 def powered_up(**config: Any) -> Master:
-    """Return the master of a robot with these properties, after `power_up`."""
+    """Return the master of a robot with these properties that is powered up."""
     master = Master(**config)
     master.power_up()
     return master
@@ -138,7 +140,7 @@ def servos_on(**config: Any) -> Master:
 
 
 def answer_of(master: Master, *words: int) -> tuple[int, ...]:
-    """Return words m+2 to m+30 of a normal end."""
+    """Send a command, and return words m+2 to m+30 of its normal end."""
     status, *response = master.execute(*words)
     assert status == 0x0200
     return tuple(response)

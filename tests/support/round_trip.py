@@ -16,19 +16,22 @@ from robot_master import Master
 from stored_data import long_words
 
 Words = tuple[int, ...]
-#: A telegram, or an event besides the telegrams.
+#: A step of a trip: a telegram, or a function that causes another event.
 Step = Words | Callable[[Master], object]
 
 _LINES = ("MO(20)=1", "MO(21)=1", "MO(22)=1", "DELAY 60000")
 FIRST, SECOND = (1000, -2000, 3000, 4000), (-5000, 600, 700, 80)
 
-#: Requests of the current position, in pulses and in mm, and of point 5.
+#: Telegrams that request the current position in pulses, in mm, and point 5.
 PULSES, IN_MM, READ_5 = (0x505,), (0x506,), (0x101, 0, 5)
 
 
 @dataclass(frozen=True)
 class Trip:
-    """Steps, and the expected answer to the last telegram or the expected result of `look`."""
+    """The steps of a trip, and its expected result.
+
+    The result is the answer to the last telegram, or the result of `look` if it is given.
+    """
 
     code: int
     steps: tuple[Step, ...]
@@ -83,7 +86,7 @@ def run_trip(trip: Trip) -> object:
 
 
 def answer(*words: int) -> Words:
-    """Return m and m+2 of a normal end, and the words from m+4 on."""
+    """Return the expected words of a normal end; `words` are the words from m+4 on."""
     return (0x0200, 0, *words) + (0,) * (14 - len(words))
 
 
@@ -95,7 +98,7 @@ def at(*positions: int) -> Words:
 def at_mm(*positions: int) -> Words:
     """Return the expected answer with a position in 0.001 mm.
 
-    Bit 0 of m+6 is as in the printed example.
+    Bit 0 of m+6 is 1 as in the example of the guide.
     """
     return answer(0, 1, *long_words(*positions))
 

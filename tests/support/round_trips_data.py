@@ -20,7 +20,7 @@ from round_trip import (
 from stored_data import long_words, real_words, text_words
 
 _TASKS, _LINE = (0x507,), (0x508,)
-_STEP_1 = (0x403, 2, 0, 1)  # one line of the program in task 1
+_STEP_1 = (0x403, 2, 0, 1)  # the time for one line of the program in task 1
 _SGI1 = (0x214, 0, 1)
 _DUTY = (0x701, 0, 24, 0, 13, 1, 1)
 
@@ -38,7 +38,7 @@ def _serious(master: Master) -> bool:
 
 
 def _ways(master: Master) -> list[bool]:
-    """Return the axes that have an accumulated moving distance."""
+    """Return for each axis whether its accumulated moving distance is above 0."""
     return [way > 0 for way in master.robot.machine.data.accumulated.distances]
 
 
@@ -54,7 +54,7 @@ def _real_time(master: Master) -> int:
 
 
 def _stored() -> list[Trip]:
-    """Return the trips of definition and reference, parameters, points, elements (4.3 to 4.4)."""
+    """Return the trips of definitions, references, parameters, points and elements (4.3, 4.4)."""
     trips: list[Trip] = []
     for number, unit in ((5, 0), (6, 1)):
         data = (100 * number, -7, 2**31 - 1, -(2**31), unit, -1)
@@ -200,5 +200,5 @@ def _data() -> list[Trip]:
     return trips
 
 
-#: Two trips of a code have different values wherever the code has two outcomes.
+#: All trips with data. If a command has two outcomes, two trips have different values.
 DATA_TRIPS: tuple[Trip, ...] = (*_stored(), *_variables(), *_programs_and_ports(), *_data())

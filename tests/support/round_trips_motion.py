@@ -30,7 +30,7 @@ def _stand(*positions: int) -> Step:
 
 
 def _jog(code: int, axes: int) -> Step:
-    """Move for 100 ms, then stop by the stop input and switch it ON again."""
+    """Jog for 100 ms, stop the jog by SI(06) OFF, and switch SI(06) ON again."""
 
     def jog(master: Master) -> None:
         master.send(code, 0, axes)
@@ -48,13 +48,13 @@ def _forget_origins(master: Master) -> None:
 
 
 def _way_of_axis_1(master: Master) -> int:
-    """Return the direction in which axis 1 has moved: -1, 0 or 1."""
+    """Return the sign of axis 1's position, which is the direction of its movement from 0."""
     place = master.robot.positions[0]
     return (place > 0) - (place < 0)
 
 
 def _moves() -> list[Trip]:
-    """Return the trips of movements, checked by the current position."""
+    """Return the trips of movements. The current position shows the result."""
     trips: list[Trip] = []
     for point, place in ((1, FIRST), (2, SECOND)):
         by_point: dict[int, Step] = {
@@ -129,7 +129,7 @@ def _axes() -> list[Trip]:
         Trip(0x042, (_NO_POWER, (0x042,), _SERVOS), states_are(1, 1, 1, 1)),
         Trip(0x043, (_NO_POWER, (0x043,), (0x034, 0, 0x01), _SERVOS), states_are(1, 0, 0, 0)),
     ]
-    for which, code in enumerate((0x039, 0x038, 0x03A)):  # automatic, manual and program speed
+    for which, code in enumerate((0x039, 0x038, 0x03A)):  # the speeds: automatic, manual, program
         for speed in (33, 77):
             speeds = [100, 20, 100]
             speeds[which] = speed
@@ -151,5 +151,5 @@ def _axes() -> list[Trip]:
     return trips
 
 
-#: Two trips of a code have different values wherever the code has two outcomes.
+#: All trips with movements. If a command has two outcomes, two trips have different values.
 MOTION_TRIPS: tuple[Trip, ...] = (*_moves(), *_axes())

@@ -1,4 +1,4 @@
-"""The last lines of a test run: skipped tests with reasons, omitted tests, tests to repeat."""
+"""The last lines of a test run: reasons of skipped tests, omitted tests, tests to repeat."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from collections.abc import Iterable
 
 from tiers import ENGINES
 
-#: Reasons with the same meaning, and their common text. The first match counts.
+#: Parts of reasons for skipped tests, each with the text to print for it. The first match counts.
 _SAME = (
     (ENGINES, "need matiec or STruC++: docs/reference/engines.md"),
     (r"C compiler|no cc", "need a C compiler"),

@@ -1,6 +1,6 @@
 """Run the library on matiec with hostile inputs: `python sanitized_run.py [FILE.st]`.
 
-tests/structured_text/engines/matiec/test_sanitizers.py starts this script with the sanitizers'
+test_sanitizers.py in tests/structured_text/engines/matiec starts this script with the sanitizers'
 library preloaded. If a file is given, the script runs that program for one scan instead.
 """
 

@@ -1,4 +1,4 @@
-"""FB_ScaraForward and FB_ScaraInverse alone, with the arm of a YK400XE.
+"""A bench for FB_ScaraForward and FB_ScaraInverse with the arm of a YK400XE.
 
 The arms have 225 and 175 mm (data sheet). Each axis has 1000 pulses per unit here.
 """
@@ -22,12 +22,12 @@ ON_BOTH = pytest.mark.parametrize("engine", ENGINES)
 
 @cache
 def scara(name: str, engine: str) -> Alone:
-    """Return the block alone, made once for all tests."""
+    """Return a bench for one of the two SCARA blocks. All tests share it."""
     return Alone(f"FB_Scara{name}", {}, engine)
 
 
 def with_arm(block: Alone, arm: Mapping[str, Any]) -> None:
-    """Restart with this arm."""
+    """Restart the block with these arm data."""
     block.restart()
     for field, value in {**_ARM, **arm}.items():
         block[f"Block.Arm.{field}"] = value
@@ -36,7 +36,7 @@ def with_arm(block: Alone, arm: Mapping[str, Any]) -> None:
 def forward(
     joints: Sequence[float], engine: str = "auto", **arm: Any
 ) -> tuple[list[float], str, int]:
-    """Return position, hand system and ErrorID."""
+    """Return position, hand system and ErrorID that FB_ScaraForward calculates for these joints."""
     block = scara("Forward", engine)
     with_arm(block, arm)
     pulses = [round(UNIT * joint) for joint in joints]
@@ -50,7 +50,7 @@ def forward(
 def inverse(
     position: Sequence[float], hand: str, engine: str = "auto", **arm: Any
 ) -> tuple[list[float], int]:
-    """Return joints in degrees and mm, and ErrorID."""
+    """Return joints (degrees, mm) and ErrorID that FB_ScaraInverse calculates for this position."""
     block = scara("Inverse", engine)
     with_arm(block, arm)
     block["Block.PositionMm"] = [*position, *[0.0] * (6 - len(position))]

@@ -1,9 +1,9 @@
 """Compare the library's SCARA kinematics with the model's.
 
-The poses are random, for every SCARA robot of spec/robots.toml within its soft limits, with hands
-on and beside the R axis, shifts, distant zeros and whole turns. FB_ScaraForward is compared with
-the virtual controller's arithmetic in double precision. FB_ScaraInverse is compared with it, too,
-and by the tool position that its pulses give.
+The poses are random, and cover every SCARA robot of spec/robots.toml within its soft limits. Hands
+are on the R axis or not; shifts, distant zeros and whole turns occur. Both blocks are compared with
+the virtual controller's arithmetic in double precision. For FB_ScaraInverse, the tool position of
+its pulses is also compared with the requested position.
 """
 
 from __future__ import annotations
@@ -25,12 +25,12 @@ from rcx_harness.spec.robots import robot_models
 from structured_text.engines import build
 from structured_text.projects.needed import needed
 
-#: Angle between axis 2 and the stretched or folded arm below which pulses are not compared [deg].
+#: Pulses are not compared if axis 2 is closer than this angle to the stretched or folded arm [deg].
 _NEAR = 20.0
-#: Larger than a change of an axis by rounding to 0.001 mm, and far less than a whole turn [pulse].
+#: If pulses differ by more than this limit, they belong to another pose [pulse].
 _SAME = 1000
 _MOST_HAND, _MOST_SHIFT = 300, 500
-#: Additional tolerance for a shift and a hand on the R axis, and for zeros [pulse].
+#: Additional tolerance for a shift and a hand on the R axis, and another for distant zeros [pulse].
 _MOST_TURNS, _MOST_ZERO = 10, 900_000_000
 
 #: Tolerances from the heads of the blocks, by the attributes of Worst.
@@ -57,7 +57,7 @@ class Pose:
 
     Attributes:
         model: Name in spec/robots.toml.
-        hand: Data 1 to 3 as on the wire.
+        hand: Hand data 1 to 3 as on the wire.
         on_r: Whether the hand is on the R axis.
         shift: X, Y, Z and R [0.001 mm, 0.001 degree].
         pulses: Pulses of axes 1 to 4.
@@ -102,15 +102,16 @@ class Pose:
 
 @dataclass
 class Worst:
-    """The largest differences.
+    """The largest differences between the blocks and the model.
 
     Attributes:
         poses: Number of poses.
         place: Largest position difference of the forward direction [mm].
         turn: Largest R difference of the forward direction [degree].
         pulses: Largest difference between inverse and model, if the arm is not nearly straight.
-        back: Largest distance between the requested position and that of the inverse's pulses [mm].
-        It includes half a pulse of each axis.
+        back: Largest distance between the requested position and the position of FB_ScaraInverse's
+        pulses [mm].
+        The rounding to whole pulses is part of it.
     """
 
     poses: int = 0
@@ -151,7 +152,7 @@ def _frame(
 
 
 def poses(chance: random.Random, each: int) -> Iterator[Pose]:
-    """Return `each` poses of every SCARA robot.
+    """Return poses of all SCARA robots, `each` poses for every robot.
 
     Every tenth pose has a new hand, shift and zeros.
     """
@@ -165,13 +166,14 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
             if number % 10 == 9:
                 on_r = chance.random() < 0.5
                 lengths = [chance.randint(-1000 * _MOST_HAND, 1000 * _MOST_HAND) for _ in range(3)]
-                if not on_r:  # lengthens arm 2 by up to _MOST_HAND, turned by up to half a turn
+                if not on_r:  # data 1 turns the hand by up to half a turn, data 2 lengthens arm 2
                     most = round(180 * axes[1]["pulses_per_mm"])
                     lengths = [chance.randint(-most, most), abs(lengths[1]), lengths[2]]
                 hand = (lengths[0], lengths[1], lengths[2])
                 moved = [chance.randint(-1000 * _MOST_SHIFT, 1000 * _MOST_SHIFT) for _ in range(3)]
                 turn = 360_000 * chance.randint(-_MOST_TURNS, _MOST_TURNS)
-                turn += 125 * chance.randint(-1440, 1440)  # in steps that a REAL holds exactly
+                # a multiple of 0.125 degrees, which is exact in a REAL
+                turn += 125 * chance.randint(-1440, 1440)
                 shift = (moved[0], moved[1], moved[2], turn)
                 away = tuple(chance.randint(-_MOST_ZERO, _MOST_ZERO) for _ in axes)
                 turns = chance.randint(-_MOST_TURNS, _MOST_TURNS)
@@ -182,10 +184,10 @@ def poses(chance: random.Random, each: int) -> Iterator[Pose]:
 
 
 def compare(some: Iterable[Pose], engine: str = "auto") -> Worst:
-    """Return the largest differences of these poses.
+    """Run both blocks for these poses, and return the largest differences from the model.
 
     Args:
-        some: Poses; poses of one robot with one hand should be together.
+        some: The poses. The run is faster if poses with the same robot and hand follow each other.
         engine: The engine that runs the blocks.
     """
     with tempfile.TemporaryDirectory() as folder:
@@ -229,7 +231,7 @@ def _note(
     asked: Sequence[float],
     pulses: Sequence[int],
 ) -> None:
-    """Record how far `found` is from `place` (forward), and `pulses` from `asked` (inverse)."""
+    """Update the largest differences with `found` against `place`, and `pulses` against `asked`."""
     worst.poses += 1
     apart = max(abs(a - b / 1000) for a, b in zip(found[:3], place[:3], strict=True))
     worst.place = max(worst.place, apart)
@@ -239,7 +241,7 @@ def _note(
         gap = max(abs(a - b) for a, b in zip(pulses[:4], exact, strict=True))
         worst.pulses = max(worst.pulses, gap)
         if any(abs(a - b) > _SAME for a, b in zip(pulses, pose.pulses, strict=False)):
-            raise AssertionError(f"{pose}: {pulses} are of another pose")
+            raise AssertionError(f"{pose}: {pulses} belong to another pose")
     there = pose.frame().to_mm(pulses[:4])
     way = max(abs(a - b) / 1000 for a, b in zip(there[:3], asked[:3], strict=True))
     worst.back = max(worst.back, way)

@@ -1,8 +1,8 @@
-"""The second reading of the remote command guide, and its own check of telegrams.
+"""An independent second reading of the remote command guide, and a check of telegrams with it.
 
 tests/spec/second_reading/*.toml describe the printed sections of the commands in another form than
 spec/remote_commands.toml. The head of category_1.toml gives the grammar. This module does not use
-spec/; tests/spec/test_second_reading.py compares both.
+spec/. tests/spec/test_second_reading.py compares the two descriptions.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ _RANGE = re.compile(rf"({_INTEGER})(?:\.\.({_INTEGER}))?")
 
 @dataclass(frozen=True)
 class Place:
-    """A field of a telegram: `width` bits from bit `low` of the word at byte `at` on.
+    """A field of a telegram with `width` bits. It begins at bit `low` of the word at byte `at`.
 
     `kind` is `u`, `s`, `f` or `t` (a character of a text).
     """
@@ -57,7 +57,7 @@ class Place:
 
     @property
     def limits(self) -> tuple[int, int]:
-        """Return the lowest and the highest whole number that fits."""
+        """Return the lowest and the highest whole number that fit into the field."""
         if self.kind == "s":
             return -(1 << (self.width - 1)), (1 << (self.width - 1)) - 1
         return 0, (1 << self.width) - 1
@@ -82,7 +82,7 @@ class Place:
 
 @dataclass(frozen=True)
 class Legal:
-    """A set of legal values in the grammar."""
+    """A set of legal values, as the grammar describes it."""
 
     ranges: tuple[tuple[int, int], ...] = ()
     anything: bool = False
@@ -97,13 +97,13 @@ class Legal:
         return any(low <= value <= high for low, high in self.ranges)
 
     def edges(self) -> set[int]:
-        """Return the limits and the numbers next to them."""
+        """Return the limits of all ranges, and the numbers next to the limits."""
         return {edge + beside for pair in self.ranges for edge in pair for beside in (-1, 0, 1)}
 
 
 @dataclass(frozen=True)
 class Row:
-    """A row with consecutive equal fields and their legal values."""
+    """A row of the table: consecutive fields of equal type, and their legal values."""
 
     places: tuple[Place, ...]
     what: str
@@ -111,11 +111,11 @@ class Row:
     conditions: tuple[tuple[Place, Legal, Legal], ...] = ()
 
     def allowed(self, words: Sequence[int]) -> Legal:
-        """Return the legal values of the field in the words of this telegram."""
+        """Return the legal values of the row's fields, given the words of this telegram."""
         return self.allowed_in(_number(words))
 
     def allowed_in(self, telegram: int) -> Legal:
-        """Return the legal values of the field in a telegram that is given as a number."""
+        """Return the legal values of the row's fields, given this telegram as a number."""
         if not self.conditions:
             return self.legal
         for other, when, legal in self.conditions:
@@ -124,11 +124,11 @@ class Row:
         return Legal(anything=True)
 
     def problem(self, words: Sequence[int]) -> str:
-        """Return the error with its values, or an empty text."""
+        """Return a text about an illegal value in this telegram, or an empty text."""
         return self.problem_in(_number(words))
 
     def problem_in(self, telegram: int) -> str:
-        """Return the error with its values in a telegram that is given as a number."""
+        """Return a text about an illegal value in this telegram, a number, or an empty text."""
         allowed = self.allowed_in(telegram)
         values = [part.value_in(telegram) for part in self.places]
         filler = values[-1]
@@ -143,7 +143,7 @@ class Row:
 
 @dataclass(frozen=True)
 class Reading:
-    """A command as its section prints it."""
+    """A command as its section in the guide describes it."""
 
     code: int
     robot: bool
@@ -160,7 +160,10 @@ class Reading:
         return f"{'0xR' if self.robot else '0x0'}{self.code:03X} ({self.section})"
 
     def problem(self, words: Sequence[int]) -> str:
-        """Return the error of a request, or an empty text. Word 0 is not read."""
+        """Return a text about an illegal value in a request, or an empty text.
+
+        Word 0 is not checked.
+        """
         telegram = _number(words)
         for part in self.zero:
             if part.value_in(telegram):
@@ -175,11 +178,11 @@ class Reading:
         return ""
 
     def mend(self, words: list[int], keep: int = 0) -> None:
-        """Make a request legal by changing illegal values, without the bits of the mask `keep`.
+        """Make a request legal by changing illegal values. Fields in the mask `keep` do not change.
 
         If the bits in `keep` are illegal, the request stays illegal.
         """
-        for _ in range(3):  # a changed value may be the condition of another row
+        for _ in range(3):  # a changed value may change the legal values of another row
             before = _number(words)
             for entry in self.request:
                 telegram = _number(words)
@@ -204,7 +207,7 @@ def every_reading() -> dict[int, Reading]:
 
 
 def reading(entry: dict[str, Any]) -> Reading:
-    """Return a command from its TOML table.
+    """Return the command that a TOML table describes.
 
     Raises:
         ValueError: an entry of the table does not follow the grammar.
@@ -230,25 +233,27 @@ def reading(entry: dict[str, Any]) -> Reading:
     )
     wrong = [part for part in _sides(found) if part[0] != part[1].side]
     if wrong:
-        raise ValueError(f"{found}: {wrong[0][1]} is on the wrong side")
+        raise ValueError(
+            f"{found}: {wrong[0][1]} is in a request instead of a response, or the reverse"
+        )
     return found
 
 
 def _expanded(texts: Sequence[str]) -> Iterator[str]:
-    """Replace the name of a group by its rows."""
+    """Replace each name of a group (`+name`) by the rows of the group."""
     for text in texts:
         yield from _shared("group")[text[1:]] if text.startswith("+") else [text]
 
 
 def row(text: str) -> Row:
-    """Return a row of the grammar.
+    """Parse the text of a row.
 
     Raises:
         ValueError: the text does not follow the grammar.
     """
     parts = text.split(" | ")
     if len(parts) != 3:
-        raise ValueError(f"not a row: {text!r}")
+        raise ValueError(f"not the text of a row: {text!r}")
     where, what, values = parts
     if not values.startswith("where "):
         return Row(place(where), what, _legal(values))
@@ -256,13 +261,13 @@ def row(text: str) -> Row:
     for clause in values.split("; "):
         match = _CONDITION.fullmatch(clause)
         if not match:
-            raise ValueError(f"not a condition: {clause!r}")
+            raise ValueError(f"not the text of a condition: {clause!r}")
         conditions.append((place(match[1])[0], _legal(match[2]), _legal(match[3])))
     return Row(place(where), what, conditions=tuple(conditions))
 
 
 def place(text: str) -> tuple[Place, ...]:
-    """Return a place of the grammar, split into its equal parts.
+    """Parse the text of a place, and return its consecutive fields of equal size.
 
     Raises:
         ValueError: the text does not follow the grammar.
@@ -281,7 +286,7 @@ def place(text: str) -> tuple[Place, ...]:
         found = [Place(match[1], at + k - k % 2, k % 2 * 8, 8, "t") for k in range(int(match[3]))]
     last = found[-1] if found else None
     if last is None or found[0].at % 2 or found[0].at < 2 or last.at + last.width / 8 > 32:
-        raise ValueError(f"not a place: {text!r}")
+        raise ValueError(f"not the text of a place: {text!r}")
     return tuple(found)
 
 
@@ -302,7 +307,7 @@ def _legal(text: str) -> Legal:
         elif item in ("any", "one bit", "zero fill", "space fill"):
             words.add(item)
         else:
-            raise ValueError(f"not a set: {text!r}")
+            raise ValueError(f"not a set of values: {text!r}")
     flags = (name in words for name in ("any", "one bit", "zero fill", "space fill"))
     return Legal(tuple(ranges), *flags)
 
@@ -327,7 +332,7 @@ def _sides(found: Reading) -> Iterator[tuple[str, Place]]:
             for part in entry.places:
                 yield side, part
             for other, _, _ in entry.conditions:
-                yield "n", other  # a response may also depend on the request
+                yield "n", other  # fields of a response may depend on the request
 
 
 def _number(words: Sequence[int]) -> int:

@@ -35,7 +35,7 @@ def in_emergency_stop() -> PlcBench:
 
 
 def program_stopped() -> PlcBench:
-    """Return a bench in which FB_ProgramStop holds SI(06) OFF and its Execute is FALSE again."""
+    """Return a bench in which FB_ProgramStop still holds SI(06) OFF after its Execute."""
     plc = servo_on()
     plc.outputs(SO14=False)
     plc["ProgramStop.Execute"] = True

@@ -16,7 +16,7 @@ from sequence_work import Rule, Turns, View, Work
 
 @dataclass
 class _Plain(Rule):
-    """A sequence with one request that the controller answers."""
+    """The model of a sequence that requests one input and waits for the controller's answer."""
 
     work: Work = field(default_factory=Work)
     signal: str = ""
@@ -119,7 +119,7 @@ class _Origin(Rule):
 
 @dataclass
 class _Stop(Rule):
-    """A sequence that switches SI(00) or SI(06) OFF at once and holds it OFF."""
+    """The model of a sequence that switches SI(00) or SI(06) OFF at once and holds it OFF."""
 
     signal: str = "SI06"
     _work: Work = field(default_factory=Work)
@@ -178,7 +178,7 @@ class _Continue(Rule):
 
 @dataclass
 class _Staged(Rule):
-    """A sequence of stages, each with the time limit. `_step` calculates a scan of a stage."""
+    """The model of a sequence with stages. Timeout limits each stage; `_step` calculates a scan."""
 
     _was: bool = False
     _last: str = ""
@@ -233,7 +233,7 @@ class _Staged(Rule):
 
 @dataclass
 class _Release(_Staged):
-    """The way out of an emergency stop: release, alarm reset, MP RDY, servo on."""
+    """The model of the recovery from an emergency stop: release, alarm reset, MP RDY, servo on."""
 
     parts: dict[str, Rule] = field(
         default_factory=lambda: {"reset": _alarm_reset(), "servo": _servo_on()}
@@ -298,7 +298,7 @@ class _PowerUp(_Staged):
         self.stage, self._with = "CONNECTION", self.program
 
     def _waits(self, view: View) -> tuple[bool, str, int] | None:
-        """Return whether the stage's condition holds, the next stage, and a time-out's ErrorID."""
+        """Return whether the stage's condition holds, the next stage, and the time-out ErrorID."""
         free = view.ok["SI00"] and not view.held["SI00"]
         return {
             "CONNECTION": (view.connected, "CPU_OK", 0x8001),
@@ -348,7 +348,7 @@ class _PowerUp(_Staged):
 def missing(view: View) -> str:
     """Return the first missing condition of a program start.
 
-    A condition that must hold for a time counts from its first scan.
+    A condition that must hold for some time counts as fulfilled from its first scan.
     """
     so = view.so
     conditions = (
@@ -366,7 +366,7 @@ def missing(view: View) -> str:
     return next((stage for lacks, stage in conditions if lacks), "COMPLETE")
 
 
-#: A new rule for each block with Execute.
+#: Maps the name of a sequence block to a function that makes its model.
 RULES: dict[str, Callable[[], Any]] = {
     "FB_AlarmReset": _alarm_reset,
     "FB_AutoStart": _auto_start,

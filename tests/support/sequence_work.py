@@ -1,4 +1,4 @@
-"""A second model of a job at a rising edge of Execute, and of a block's view of the robot.
+"""A second, independent model of a job that Execute starts, and of the robot as a block sees it.
 
 The model has no timers; see sequence_rules. Outputs of the controller have names like `SO02`, its
 inputs `SI01`. Times are in milliseconds of PLC time.
@@ -22,9 +22,9 @@ class View:
         ok: For SI(00) and SI(06): whether the last scan allowed ON, after all holds.
         settled: Whether SI(00) and SI(06) have been unchanged for long enough.
         held: For SI(00) and SI(06): whether a block holds the input OFF. Blocks change it.
-        kept: For SI(00) and SI(06): whether the hold cannot be released in this scan.
+        kept: For SI(00) and SI(06): whether no block can release the hold in this scan.
         asked: Inputs requested in this scan.
-        turns: The turns of the sequences.
+        turns: The order in which sequences may run.
     """
 
     now: int = 0
@@ -45,19 +45,22 @@ class View:
         return "SO00" in self.so or not self.ok["SI00"]
 
     def trouble(self, *conditions: tuple[bool, int]) -> int:
-        """Return the ErrorID of the first condition that holds; a missing CPU_OK comes first."""
+        """Return the ErrorID of the first condition that is TRUE, else 0.
+
+        CPU_OK is checked first.
+        """
         every = (("SO01" not in self.so, 0x8002), *conditions)
         return next((number for holds, number in every if holds), 0)
 
 
 @dataclass
 class Turns:
-    """The turns of sequences in the order of their requests.
+    """The waiting sequences in the order of their requests. Only the first may run.
 
-    A job that is not called in a scan loses its turn and its place.
+    A job that is not called in a scan is removed.
 
     Attributes:
-        waiting: Tickets in their order; the first has the turn.
+        waiting: Tickets of the jobs in their order.
         seen: Tickets of the jobs that were called in this scan.
     """
 
@@ -65,7 +68,7 @@ class Turns:
     seen: set[object] = field(default_factory=set)
 
     def pass_on(self) -> None:
-        """Give the turn to the first job that was called in this scan, at the end of the scan."""
+        """At the end of a scan, remove jobs at the front that were not called in this scan."""
         while self.waiting and self.waiting[0] not in self.seen:
             self.waiting.pop(0)
         self.seen.clear()
@@ -73,7 +76,7 @@ class Turns:
 
 @dataclass
 class Work:
-    """A job behind an Execute pin; `number` is its ErrorID."""
+    """The model of a job that a rising edge of Execute starts. `number` is its ErrorID."""
 
     done: bool = False
     busy: bool = False
@@ -102,7 +105,7 @@ class Work:
         offline: int | None = None,
         answer: int = 0,
     ) -> None:
-        """Calculate one call; see FB_RcxJob for the arguments."""
+        """Calculate one call of the job. FB_RcxJob describes the arguments."""
         if offline is None:
             offline = 0 if view.connected else 0x8001
         started = execute and not self._was and not self.busy
@@ -153,7 +156,7 @@ class Work:
 
 @dataclass
 class Rule:
-    """The model of a sequence block. The pins are attributes."""
+    """The model of a sequence block. The block's pins are attributes of the model."""
 
     execute: bool = False
     timeout: int = 0
@@ -164,7 +167,7 @@ class Rule:
     stage: str = ""
 
     def scan(self, view: View) -> None:
-        """Calculate one call."""
+        """Calculate one call of the block."""
         raise NotImplementedError
 
     def _show(self, work: Work) -> None:

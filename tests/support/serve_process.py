@@ -1,4 +1,4 @@
-"""`rcx serve` as a user starts it: a process, its lines, Ctrl-C, and remaining processes."""
+"""Run `rcx serve` as a process, read its lines, send Ctrl-C, and find processes that remain."""
 
 from __future__ import annotations
 
@@ -22,7 +22,10 @@ _numbers = itertools.count(1)
 
 
 def own_addresses(count: int) -> list[str]:
-    """Return loopback addresses that no other test process uses; each call returns new ones."""
+    """Return loopback addresses that no other test process uses.
+
+    Each call returns new addresses.
+    """
     process = os.getpid()
     middle, last = 1 + process % 250, 1 + process // 250 % 250
     return [f"127.{100 + next(_numbers) % 100}.{middle}.{last}" for _ in range(count)]
@@ -35,7 +38,7 @@ def watching(pids: Iterable[int]) -> Iterator[None]:
     try:
         yield
         for pid, descriptor in watched.items():
-            assert select.select([descriptor], [], [], _LIMIT_S)[0], f"process {pid} has stayed"
+            assert select.select([descriptor], [], [], _LIMIT_S)[0], f"process {pid} still runs"
     finally:
         for descriptor in watched.values():
             os.close(descriptor)
@@ -81,7 +84,7 @@ class ServeProcess:
                         return
                 ended, _, _ = select.select([own], [], [], _ASK_EVERY_S)
                 assert not ended, "it has ended"
-            raise AssertionError(f"nobody listens on {address}:{port}")
+            raise AssertionError(f"no process listens on {address}:{port}")
         finally:
             os.close(own)
 
@@ -95,7 +98,7 @@ class ServeProcess:
             found = more
 
     def process_of(self, module: str) -> int:
-        """Return the first of these processes that runs this module."""
+        """Return the number of the first process that runs this Python module."""
         return min(pid for pid in self.processes() if _runs(pid, module))
 
     def kill(self) -> None:
@@ -110,7 +113,8 @@ class ServeProcess:
     def end(self) -> tuple[int, str]:
         """Wait for the end of the process, and return its exit code and stderr."""
         assert self._process.stderr is not None
-        code = self._process.wait(_LIMIT_S)  # the text on stderr fits into the pipe
+        # stderr is short and fits into the pipe, so the process cannot block
+        code = self._process.wait(_LIMIT_S)
         return code, self._process.stderr.read()
 
     def __enter__(self) -> ServeProcess:
@@ -146,7 +150,7 @@ def _parents() -> dict[int, int]:
 
 
 def _runs(pid: int, module: str) -> bool:
-    """Return whether the process was started or forked for this module."""
+    """Return whether the process runs this Python module, as its command or in a fork."""
     process = Path(f"/proc/{pid}")
     name = (process / "comm").read_text().strip()
     started = name.startswith("python")

@@ -20,7 +20,7 @@ from rcx_harness.trace import Trace
 
 
 def image(bits: int, code: int = 0) -> bytes:
-    """Return 48 bytes to the robot with a command code and the inputs SI(00) to SI(07)."""
+    """Return an area of 48 bytes to the robot: the inputs SI(00) to SI(07) and a command code."""
     return struct.pack("<H30xB15x", code, bits)
 
 
@@ -35,7 +35,7 @@ class ImageInMemory:
         return self.image
 
     def write(self, image: bytes, /) -> None:
-        """Set the image."""
+        """Store an image."""
         self.image = bytes(image)
 
 
@@ -64,12 +64,12 @@ class NetworkInMemory:
         self.tell(ConnectionKind.EXCLUSIVE_OWNER, owner.name.lower().replace("_", " "))
 
     def tell(self, kind: ConnectionKind, state: str, peer: str = "192.168.0.10") -> None:
-        """Write a change of a connection to the journal, in the form of the cyclic process."""
+        """Write a connection change to the journal, as the cyclic process does."""
         event = ConnectionEvent(self.now_us, kind, state, peer, 10_000, 10_000, self.listeners)
         self.events.write(asdict(event))
 
     def refuse(self, text: str) -> None:
-        """Write a refused connection to the journal, in the form of the adapter's process."""
+        """Write a refused connection to the journal, as the adapter's process does."""
         self.refusals.write(asdict(RefusedOpen(self.now_us, text)))
 
     def heard_us(self, part: Word) -> int:
@@ -77,13 +77,13 @@ class NetworkInMemory:
         return self.heard[part]
 
     def send(self, image: bytes) -> None:
-        """Send a packet of the master while its program runs."""
+        """Send a packet as a master in RUN mode."""
         self.to_robot.write(image)
         if self.owner is not OwnerState.RUN:
             self.become(OwnerState.RUN)
 
     def status(self) -> Status:
-        """Return the status, in the form of the cyclic process."""
+        """Return the connection status, as the cyclic process reports it."""
         there = self.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE)
         return Status(
             owner=self.owner,
@@ -123,7 +123,7 @@ class ServedHost(Host):
         self.run(0)
 
     def run(self, milliseconds: int) -> Report:
-        """Run for this time, at least a cycle, and return the controller's report."""
+        """Run the controller for this time, at least one cycle, and return its report."""
         for _ in range(max(1, milliseconds * 1000 // CYCLE_US)):
             self.now_us += CYCLE_US
             self.station.step(self.now_us)

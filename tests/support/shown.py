@@ -1,4 +1,4 @@
-"""Texts for failures: pins and signals by their names, codes and words as 16#."""
+"""Texts for failed tests: pins and signals with names, codes and words as 16#."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 from structured_text.engines.base import Value
 
-#: Words in a telegram: code or status, and fifteen more.
+#: Number of words in a telegram: the code or status, and fifteen data words.
 _TELEGRAM = 16
 _IN_16 = ("ErrorID", "AlarmGroup", "AlarmCategory", "Applied", "holder")
 
@@ -27,7 +27,7 @@ def differences(names: Sequence[str], got: Sequence[Value], expected: Sequence[V
 
 
 def hexadecimal_comparison(op: str, left: Value, right: Value) -> list[str] | None:
-    """Return lines for a failed comparison of codes, ErrorIDs or words, else None."""
+    """Return the lines that explain a failed comparison of codes, ErrorIDs or words, else None."""
     if _is_word(left) and _is_word(right) and max(left, right) > 0xFF:
         return [f"{written(left)} {op} {written(right)}"]
     if op == "==" and _are_words(left) and _are_words(right) and len(left) == len(right):

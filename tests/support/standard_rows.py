@@ -1,4 +1,4 @@
-"""A row in the table of standard functions: a call and its value by the standard."""
+"""A row in the table of standard functions: a call, and its value according to IEC 61131-3."""
 
 from __future__ import annotations
 
@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 
 class Row(NamedTuple):
-    """A call and its value.
+    """A call of a standard function, and its value.
 
     Attributes:
         code: The expression, `{0}` and so on for the arguments.

@@ -1,6 +1,7 @@
-"""Every standard function at its limits: calls with their values by the standard.
+"""Calls of every standard function at its limits, with the values that IEC 61131-3 gives.
 
-Values are by hand from IEC 61131-3, 2.5.1.5 (tables 22 to 31). Values of reals follow IEEE 754:
+Values were calculated by hand from IEC 61131-3, 2.5.1.5 (tables 22 to 31). Values of reals follow
+IEEE 754:
 each operation is rounded to the nearest single, ties to even. A STRING has at most 126 characters
 here, as in matiec.
 """
@@ -84,7 +85,7 @@ def _integers() -> Iterator[Row]:
             if value == 2 * low:
                 value = 0
             yield Row(code, arguments, kind, value)
-        # The sum has its type before it is compared or divided.
+        # The sum wraps around to its type before it is compared or divided.
         narrow = kind in ("SINT", "INT", "USINT", "UINT")
         yield Row("ADD({0}, {1}) < {1}", (top, one), "BOOL", True, alike=not narrow and low == 0)
         yield Row(
@@ -201,7 +202,7 @@ _TIMES = [
     *rows("{0} / {1}", "TIME", ("TIME 1s", "INT 4", ms(250)), ("TIME 7s", "INT -2", ms(-3500))),
     *rows("DIVTIME({0}, {1})", "TIME", ("TIME 1m", "INT 8", ms(7500))),
     *rows("DIVTIME({0}, {1})", "TIME", ("TIME 1s", "REAL 0.5", ms(2000))),
-    # Exact to the nanosecond, or truncated.
+    # Products are exact to the nanosecond; quotients are truncated.
     *rows(
         *("{0} * {1} = {2}", "BOOL"),
         ("TIME 10s", "REAL 0.25", "TIME 2500ms", True),
@@ -326,7 +327,7 @@ _CHOICES = [
         ),
     ),
     *rows("LIMIT({0}, {1}, {2})", "TIME", ("TIME 1s", "TIME 500ms", "TIME 2s", ms(1000))),
-    # LIMIT is MIN(MAX(IN, MN), MX): with a lower limit above the upper one it is the upper one.
+    # LIMIT is MIN(MAX(IN, MN), MX). If MN is above MX, its value is therefore MX.
     *rows("LIMIT({0}, {1}, {2})", "INT", ("INT 10", "INT 20", "INT 0", 0)),
     *rows(
         *("LIMIT({0}, {1}, {2})", "INT"),

@@ -1,13 +1,13 @@
 """The standard functions of strings at their limits, and named arguments.
 
-Values are by hand from IEC 61131-3, 2.5.1.5.5 (table 29) and 2.5.1.3 (table 19).
+Values were calculated by hand from IEC 61131-3, 2.5.1.5.5 (table 29) and 2.5.1.3 (table 19).
 """
 
 from __future__ import annotations
 
 from standard_rows import Row, rows
 
-# --- strings (table 29): positions count from 1, and 126 characters are the most ---
+# --- strings (table 29): positions count from 1, and a STRING has at most 126 characters ---
 
 #: 126 characters, in which neighbours always differ.
 FULL = "".join(chr(ord("0") + k % 75) for k in range(126))
@@ -85,7 +85,7 @@ def _texts() -> list[Row]:
             *((_S, "STRING 'x'", 0), (_S, "STRING 'abcdefg'", 0)),
             *(("STRING 'abab'", "STRING 'ab'", 1), (_S, "STRING 'A'", 0)),
         ),
-        # After a partial match, matiec continues behind the equal characters.
+        # After a partial match, matiec skips the matched characters, and so can miss a later match.
         *rows("FIND({0}, {1})", "INT", ("STRING 'aab'", "STRING 'ab'", 2), alike=False),
         *rows(
             *("{0} < {1}", "BOOL"),

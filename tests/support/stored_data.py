@@ -1,4 +1,4 @@
-"""Controllers for the tests of stored data, and telegrams in words."""
+"""Controllers for tests of stored data, and functions that convert values into words."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from robot_master import Master
 
 
 def ready(**config: Any) -> Master:
-    """Return a master with a controller that is ready for commands. By default it has no points."""
+    """Return a master whose controller is ready for commands. By default it has no points."""
     master = Master(**{"points": {}, **config})
     master.power_up()
     return master

@@ -68,7 +68,7 @@ def _declared(body: list[ast.stmt], system: str, prefix: str) -> Iterator[str]:
         elif isinstance(node, ast.Assign):
             yield from (prefix + one.id for one in node.targets if isinstance(one, ast.Name))
         elif isinstance(node, ast.ImportFrom) and node.names[0].name == "*":
-            # The parts of a package are the same on all systems.
+            # The submodules of a package are the same on all systems.
             yield from (name for name in names_of(str(node.module), system) if "." not in name)
         elif isinstance(node, ast.ImportFrom):
             yield from (prefix + one.name for one in node.names if one.asname == one.name)
@@ -98,9 +98,10 @@ def absent_on(system: str) -> set[str]:
 
 
 def members_of_some(modules: frozenset[str]) -> frozenset[str]:
-    """Return the class members in these modules that some system lacks, without the class name."""
+    """Return the names of class members in these modules that at least one system lacks."""
     found = set(_LOOP)
-    for module in modules | {f"_{one}" for one in modules}:  # members in C are declared there
+    # typeshed declares members written in C there
+    for module in modules | {f"_{one}" for one in modules}:
         for name in of_some(module):
             owner, _, member = name.rpartition(".")
             if owner and owner not in of_some(module):
@@ -111,8 +112,8 @@ def members_of_some(modules: frozenset[str]) -> frozenset[str]:
 def used(text: str) -> set[str]:
     """Return the names that a module's source uses and that one of the systems lacks.
 
-    The result includes names as texts for `getattr`, and attributes of modules whose names are
-    calculated.
+    The result includes names that are texts for `getattr`, and attributes of modules that are
+    imported under a calculated name.
     """
     tree = ast.parse(text)
     aliases, found = _imported(tree)
@@ -140,7 +141,7 @@ def _asked(arguments: list[ast.expr], aliases: Mapping[str, str]) -> Iterator[st
 
 
 def _imported(tree: ast.Module) -> tuple[dict[str, str], set[str]]:
-    """Return imported modules by their local names, and imports that some systems lack."""
+    """Return imported modules by their local names, and imported names that some system lacks."""
     aliases: dict[str, str] = {}
     found: set[str] = set()
     for node in ast.walk(tree):

@@ -1,4 +1,7 @@
-"""FB_MoveTable beside another command: the test writes the rows and plays the controller."""
+"""A bench for FB_MoveTable beside another command.
+
+The test writes rows and plays the controller.
+"""
 
 from __future__ import annotations
 
@@ -51,7 +54,7 @@ def moving(*rows: Row, engine: str = "builtin", **pins: Any) -> PlcBench:
 
 
 def restart(plc: PlcBench, **pins: Any) -> None:
-    """Set pins, then let Execute fall for one scan and rise again."""
+    """Set pins, then set Execute to FALSE for one scan and to TRUE again."""
     for pin, value in pins.items():
         plc[f"Table.{pin}"] = value
     plc["Table.Execute"] = False
@@ -79,7 +82,10 @@ def end(plc: PlcBench, status: int = 0x0200, response: tuple[int, ...] = ()) -> 
 
 
 def runs(plc: PlcBench) -> list[int]:
-    """Let the controller end each command with 16#0200, and return the points in their order."""
+    """Let the controller end each command with 16#0200.
+
+    Return the commanded points in their order.
+    """
     points: list[int] = []
     for _ in range(200):
         if plc["Table.Busy"] is False:
@@ -90,7 +96,7 @@ def runs(plc: PlcBench) -> list[int]:
             end(plc)
         else:
             plc.scan()
-    raise AssertionError("it does not come to its end")
+    raise AssertionError("the table is still Busy after 200 scans")
 
 
 def arrived(arrival: str, engine: str = "builtin", **fields: Any) -> PlcBench:

@@ -20,8 +20,8 @@ COMMANDS: Mapping[int, Command] = {code: one for code, one in commands().items()
 _LIMITS = {"u16": (0, 0xFFFF), "s16": (-(2**15), 2**15 - 1), "s32": (-(2**31), 2**31 - 1)}
 _PRINTABLE = tuple(chr(code) for code in range(0x20, 0x7F))
 
-#: Limits from sections of the guide besides those of the fields: 4.2.1 (an arch distance has no
-#: sign) and 4.4.2 (payload of the robot, here 50 kg; the table has no maximum).
+#: Limits that the table of fields does not have: an arch distance has no sign (guide 4.2.1), and
+#: the robot limits the payload, here to 50 kg (4.4.2).
 _PAYLOADS = {1: 50, 2: 50_000, 262: 50}
 _WAYS = ("arch_distance1", "arch_distance2")
 
@@ -92,7 +92,7 @@ def illegal_pairs(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]:
 
 
 def words_of(command: Command, values: Mapping[str, Any]) -> tuple[int, ...]:
-    """Return the 16 words of these values, which may be illegal; the code has no robot number."""
+    """Return the 16 words of these values. The values may be illegal; the robot number is 0."""
     words = [command.code] + [0] * 15
     for part in command.request:
         _store(words, part, values[part.name])
@@ -104,14 +104,14 @@ def _intervals(limits: tuple[int, ...]) -> list[tuple[int, int]]:
 
 
 def _width(part: Field) -> tuple[int, int]:
-    """Return the lowest and highest number that the field can carry."""
+    """Return the lowest and highest number that the bits of the field can hold."""
     if part.type == "bits":
         return 0, (1 << (part.bits[1] - part.bits[0] + 1)) - 1
     return _LIMITS[part.type]
 
 
 def _allowed(part: Field, values: Mapping[str, FieldValue]) -> tuple[int, ...] | None:
-    """Return the limits that apply, or None for any number that the field can carry."""
+    """Return the legal limits of the field with these values, or None if every number is legal."""
     if not part.by:
         return part.range
     return part.ranges.get(values[part.by])  # type: ignore[arg-type]
@@ -158,7 +158,7 @@ def _inside(number: int, limits: tuple[int, ...]) -> bool:
 
 
 def _wrong(part: Field, selector: int | None) -> Iterator[FieldValue]:
-    """Return values that the field can carry but must not have."""
+    """Return illegal values that the bits of the field can hold."""
     limits = part.range if selector is None else part.ranges[selector]
     if part.type == "text":
         for code in range(1, 0xFF):
@@ -193,7 +193,7 @@ def _near(numbers: Any, low: int, high: int) -> list[int]:
 
 
 def _store(words: list[int], part: Field, value: Any) -> None:
-    """Write a value into its words."""
+    """Write the value of a field into its words of the telegram."""
     if part.type == "bits":
         words[part.at // 2] = words[part.at // 2] & ~part.mask | value << part.bits[0]
         return

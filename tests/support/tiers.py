@@ -1,6 +1,6 @@
 """The two tiers of the tests: `make test` omits tests that are marked `exhaustive`.
 
-A large matrix is marked as a whole. Its mark names the parameter ids that stay in the quick tier:
+The mark belongs to a whole matrix of parameters, and names the ids that stay in the quick tier:
 `@pytest.mark.exhaustive(but=["FB_ServoOn", "FB_MovePtp"])`.
 """
 
@@ -24,7 +24,7 @@ def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
         whole: Whether each function was collected with all its parameters.
 
     Raises:
-        pytest.UsageError: a name in `but` is not the id of a parameter, so the sample is too small.
+        pytest.UsageError: a name in `but` is not the id of a parameter.
     """
     wanted, found = set(), set()
     for item in items:
@@ -41,11 +41,11 @@ def keep_samples(items: Iterable[pytest.Item], *, whole: bool) -> None:
 
 
 def sampled(rows: Iterable[Any], every: int) -> list[Any]:
-    """Return parameters of which the quick tier runs only some.
+    """Return all rows as parameters, and mark those that the quick tier omits as exhaustive.
 
     Args:
         rows: The values; a tuple has the values of several parameters.
-        every: Distance of the rows that the quick tier keeps, beginning with the first.
+        every: The quick tier keeps the first row, and then every row at this distance.
     """
     return [
         pytest.param(
@@ -59,7 +59,7 @@ def sampled(rows: Iterable[Any], every: int) -> list[Any]:
 def without_engine(items: list[pytest.Item]) -> list[str]:
     """Remove the tests of engines that are not installed from the list.
 
-    There are thousands of them, and reporting each as skipped would take longer than many tests.
+    There are thousands of such tests, and reporting each as skipped would take too long.
 
     Args:
         items: The collected tests. The tests are removed from this list.

@@ -1,4 +1,4 @@
-"""Start an interpreter that can import the toolkit, but not the packages above it."""
+"""Make a process that can import structured_text, but not the packages that are built on it."""
 
 from __future__ import annotations
 

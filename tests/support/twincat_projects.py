@@ -1,4 +1,4 @@
-"""TwinCAT projects from a few lines, for tests of several projects and their libraries."""
+"""Write small TwinCAT projects, for tests of several projects and their libraries."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ def written_project(
 ) -> Path:
     """Write a project and return the path of its .plcproj.
 
-    `objects` has the text of each object by its file name. A line `---` separates the declaration
-    and the statements; `--- LD` gives the object a body in that language. `libraries` has the
-    namespace of each referenced library by its title.
+    `objects` maps a file name to the text of its object. A line `---` separates the declaration and
+    the statements. With `--- LD` the body is in that language. `libraries` maps the title of each
+    referenced library to its namespace.
     """
     folder.mkdir(parents=True)
     tags = {".TcPOU": "POU", ".TcDUT": "DUT", ".TcGVL": "GVL", ".TcIO": "Itf"}

@@ -1,4 +1,4 @@
-"""The contents of a page of `rcx view`: its table and its changes, as in the head of pack.py."""
+"""Reader for the data in a page of `rcx view`. The head of pack.py describes their format."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ Change = tuple[int, Any]
 
 
 class PageContent:
-    """The table of a page, and the changes of its lanes."""
+    """The data of a page of `rcx view`: its table, and the changes of its lanes."""
 
     def __init__(self, page: str) -> None:
         found = re.search(r'<script id="data" type="text/plain">(.*?)</script>', page)
@@ -36,7 +36,7 @@ class PageContent:
                 return value
 
     def lane(self, name: str) -> dict[str, Any]:
-        """Return the entry of the first lane with this name."""
+        """Return the table's entry for the first lane with this name."""
         return next(one for one in self.table["lanes"] if one["name"] == name)
 
     def changes(self, name: str) -> list[Change]:
@@ -67,7 +67,7 @@ class PageContent:
             yield t_us, value
 
     def order(self) -> list[str]:
-        """Return the names of the lanes of all events in their order."""
+        """Return the lane name of each event, in the order of the events."""
         self._at = self.table["order"]["at"]
         count = self.table["order"]["count"]
         return [self.table["lanes"][self._whole()]["name"] for _ in range(count)]

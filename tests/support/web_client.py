@@ -11,7 +11,7 @@ from aiohttp.web import Application
 
 
 class Answer(NamedTuple):
-    """A complete answer of the server."""
+    """A complete HTTP answer of the server."""
 
     status: int
     headers: Any
@@ -20,12 +20,12 @@ class Answer(NamedTuple):
 
     @property
     def json(self) -> Any:
-        """Return the value of a JSON text."""
+        """Return the answer's JSON text as a Python value."""
         return json.loads(self.text)
 
 
 class WebClient:
-    """A client with a server of the application on a port of 127.0.0.1 and its own event loop."""
+    """A client of an application that it serves itself on 127.0.0.1, in its own event loop."""
 
     def __init__(self, application: Application) -> None:
         self._loop = asyncio.new_event_loop()

@@ -1,4 +1,4 @@
-"""The environment of a process that behaves as on Windows, as far as other systems allow."""
+"""The environment for a process that behaves nearly as on Windows."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ _SEEN = (
 
 
 def as_windows(folder: Path) -> dict[str, str]:
-    """Return the environment; the process and its children read a file in this folder.
+    """Return the environment. The process and its children then load as_windows/sitecustomize.py.
 
     The processes print in code page 1252, as Python does on Windows into a file or a pipe.
     """

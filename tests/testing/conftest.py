@@ -1,4 +1,4 @@
-"""A user's project, for pytest inside pytest."""
+"""Create the project of a user, for tests that run pytest inside pytest."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`pytest --rcx-coverage` reports which parts of the user's sources his tests execute."""
+"""`pytest --rcx-coverage` reports the parts of the user's sources that the tests execute."""
 
 from __future__ import annotations
 
@@ -52,9 +52,9 @@ Run = Callable[..., pytest.RunResult]
 
 @pytest.fixture
 def run(pytester: pytest.Pytester) -> Run:
-    """Return a function that tests a project with coverage.
+    """Return a function that runs the tests of a project with coverage.
 
-    With workers, the run is in a process of its own.
+    With workers, the run has its own process.
     """
     for name, text in {"plc/Lamp.st": _LAMP, "lib/FB_Blink.st": _BLINK, "other.st": _OTHER}.items():
         file = pytester.path / name
@@ -107,7 +107,10 @@ def test_several_programs_count_together(run: Run) -> None:
 
 @pytest.mark.exhaustive
 def test_the_workers_of_xdist_count_together(run: Run) -> None:
-    """Each worker runs one test, and MC/DC needs both tests."""
+    """The counts of the workers of xdist are added.
+
+    Each worker runs one test, and MC/DC needs both tests.
+    """
     result = run(_DARK + _LIT, "--rcx-coverage", workers=2)
     assert _table(result) == ["plc/Lamp.st 100.0 % 4/4 100.0 % 2/2 100.0 % 1/1"]
     assert "DA:4,4" in Path("out/coverage/coverage.lcov").read_text().splitlines()
@@ -122,8 +125,11 @@ def test_the_counts_of_a_dead_worker_are_reported_as_missing(run: Run) -> None:
     assert "gw1 died" not in result.stdout.str()
 
 
-def test_a_run_fails_where_less_is_covered_than_demanded(run: Run) -> None:
-    """4 of 6 statements and branches are 66.6 %. The exit code is that of failed tests."""
+def test_a_run_fails_if_less_is_covered_than_required(run: Run) -> None:
+    """If less is covered than required, the run fails with the exit code of failed tests.
+
+    4 of 6 statements and branches are 66.6 %.
+    """
     result = run(_DARK, "--rcx-coverage", "--rcx-cover-fail-under", "66.7")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
     result.assert_outcomes(passed=1)
@@ -217,7 +223,10 @@ def test_a_wrong_setting_is_one_message_before_any_test(
 
 
 def test_a_report_that_cannot_be_written_is_one_message(run: Run) -> None:
-    """The file appears while the tests run."""
+    """A report that cannot be written gives one message.
+
+    The file in its place appears during the run.
+    """
     blocks = "    open('out', 'w').close()\n"
     result = run(_DARK + blocks, "--rcx-coverage")
     assert result.ret == pytest.ExitCode.TESTS_FAILED
@@ -228,7 +237,7 @@ def test_a_report_that_cannot_be_written_is_one_message(run: Run) -> None:
 def test_a_run_on_another_engine_is_reported_as_not_counted(
     run: Run, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """A test may demand an engine that cannot count. It is not refused for this reason."""
+    """A test that runs on an engine without coverage is not refused but reported as not counted."""
     monkeypatch.setattr(engines, "find_matiec", object)
     monkeypatch.setattr(engines, "find_c_compiler", lambda: "cc")
     monkeypatch.setattr(faults, "is_new", lambda _: True)

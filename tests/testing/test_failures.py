@@ -54,7 +54,10 @@ def test_a_failed_test_shows_the_chart_and_the_variables_of_its_end(run: Run) ->
 
 
 def test_a_failed_test_shows_what_was_watched(run: Run, pytester: pytest.Pytester) -> None:
-    """Report, chart and chart file show variables given by ini file, option, marker or fixture."""
+    """A failed test shows the watched variables in the report, the chart and the chart file.
+
+    They are given by ini file, option, marker or fixture.
+    """
     test = """
         import pytest
         def go(cell):
@@ -89,8 +92,11 @@ def test_a_watched_variable_that_does_not_exist_is_one_message(run: Run) -> None
 
 
 @pytest.mark.exhaustive
-def test_the_chart_shows_the_last_second_where_enough_happens_in_it(run: Run) -> None:
-    """SI(01) changes every 100 ms from 500 ms on. The test ends at 2600 ms."""
+def test_the_chart_shows_only_the_last_second_if_it_has_enough_changes(run: Run) -> None:
+    """If the last second has enough changes, the chart shows only this second.
+
+    SI(01) changes every 100 ms from 500 ms on. The test ends at 2600 ms.
+    """
     result = run("""
         def test_it(cell):
             for k in range(21):

@@ -1,4 +1,4 @@
-"""`rcx_machine`: hypothesis drives a cell, and reports its shortest failing run."""
+"""`rcx_machine` lets hypothesis run a cell at random, and reports the shortest failure."""
 
 from __future__ import annotations
 

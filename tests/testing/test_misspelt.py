@@ -1,4 +1,4 @@
-"""Names that a user has misspelt are refused and not ignored: ini keys, rules, bare numbers."""
+"""Misspelt ini keys and rules, and numbers without a unit, are refused and not ignored."""
 
 from __future__ import annotations
 
@@ -91,9 +91,11 @@ def test_a_rule_that_does_not_exist_is_an_error_of_the_test_that_allows_it(run: 
 
 
 def test_every_rule_that_is_reported_can_be_allowed(run: Run, repository: Path) -> None:
-    """The names are those that monitor, contract and controller give to `Violation`.
+    """Every rule that can be reported as broken can also be allowed.
 
-    Source: the modules themselves
+    The names of the rules are those that monitor, contract and controller give to `Violation`.
+
+    Source: the source code of these modules
     """
     package = repository / "harness" / "rcx_harness"
     monitor = (package / "watch" / "wire.py").read_text(encoding="utf-8")

@@ -228,7 +228,9 @@ _DEVICE = """<configuration name="{name}"><resource name="Application">
 def test_a_device_of_a_project_is_chosen_on_the_command_line_or_in_the_ini_file(
     run: Run, pytester: pytest.Pytester
 ) -> None:
-    """If a device is chosen, the only remaining error is that its program has no robot areas.
+    """A device of a project is selected by the command line or the ini file.
+
+    Then the only remaining error is that the program of the device has no robot areas.
 
     Source: docs/how-to/testing.md.
     """

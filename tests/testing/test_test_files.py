@@ -101,7 +101,7 @@ END_TEST
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    """Return the results of `_TESTS`."""
+    """Return the results of the test file `_TESTS`."""
     folder = tmp_path_factory.mktemp("files")
     (folder / "plant.st").write_text(_SOURCES)
     (folder / "test_plant.st").write_text(_TESTS)
@@ -109,7 +109,7 @@ def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
 
 
 def _found(results: Results) -> dict[str, tuple[int, list[str]]]:
-    """Return the number of asserts and the failures with their lines, by the name of the test."""
+    """Return, for each test name, the number of asserts and the failures with their lines."""
 
     def told(test: Case) -> list[str]:
         return [f"{one.place.line}: {one.message}" for one in test.failures if one.place]
@@ -125,7 +125,9 @@ def test_a_failed_assert_ends_its_test_with_line_and_message(results: Results) -
 
 
 def test_each_test_has_fresh_variables_and_runs_setup_before(results: Results) -> None:
-    """The third call finds a count of 3, so the test began with a fresh counter.
+    """Each test has new variables and runs SETUP before.
+
+    A third call counts 3, so the counter was new.
 
     Source: STruC++, docs/TESTING.md, SETUP / TEARDOWN.
     """
@@ -138,7 +140,7 @@ def test_advance_time_takes_nanoseconds_or_a_time(results: Results) -> None:
     assert _found(results)["timer"] == (3, [])
 
 
-def test_all_asserts_are_known_also_over_several_lines(results: Results) -> None:
+def test_all_asserts_are_known_even_on_several_lines(results: Results) -> None:
     """Source: STruC++, docs/TESTING.md, assertions."""
     expected = ["40: expected 3.14 within 0.01, actual 3.2: ASSERT_NEAR(3.2, 3.14, 0.01)"]
     assert _found(results)["others"] == (8, expected)

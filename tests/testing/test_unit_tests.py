@@ -90,7 +90,7 @@ def _run(folder: Path, text: str, **options: object) -> Results:
 
 @pytest.fixture(scope="module")
 def results(tmp_path_factory: pytest.TempPathFactory) -> Results:
-    """Return the results of `_SUITE`."""
+    """Return the results of the test suite `_SUITE`."""
     return _run(tmp_path_factory.mktemp("suite"), _SUITE)
 
 
@@ -128,7 +128,7 @@ def test_suites_are_named_by_the_path_of_their_instance(results: Results) -> Non
 
 
 def test_a_test_over_many_cycles_takes_virtual_time(results: Results) -> None:
-    """The timer of 95 ms has run out in the scan at 100 ms.
+    """A test over many cycles uses virtual time: a timer of 95 ms has ended in the scan at 100 ms.
 
     Source: TcUnit, user guide; docs/how-to/unit-tests.md.
     """
@@ -145,7 +145,7 @@ def test_the_same_failure_in_the_next_cycle_is_not_reported_again(results: Resul
 
 
 def test_ordered_tests_run_one_after_the_other(results: Results) -> None:
-    """The first test ends in the third cycle, and the second test runs in the fourth.
+    """Ordered tests run one after the other: the second begins in the cycle after the first ends.
 
     Source: TcUnit, FAQ 7.
     """
@@ -162,13 +162,13 @@ def test_a_disabled_test_is_skipped_and_named_without_the_prefix(results: Result
     assert not test.failures
 
 
-def test_of_two_tests_with_one_name_the_first_counts_and_a_note_says_so(results: Results) -> None:
+def test_of_two_tests_with_one_name_the_first_is_used_with_a_note(results: Results) -> None:
     """Source: TcUnit-Verifier, FB_CreateFourTestsWithSameName."""
     (note,) = results.notes
     assert note == "Main.Sums: there are several tests Adds; only the first one counts"
 
 
-#: Type, expected and actual value, and both values as the result shows them.
+#: Type, expected value, actual value, and the text of both values in the result.
 _VALUES = {
     "BOOL": ("TRUE", "FALSE", "TRUE", "FALSE"),
     "BYTE": ("16#AB", "16#C", "0xAB", "0x0C"),
@@ -195,7 +195,7 @@ _VALUES = {
 }
 
 
-def test_each_type_has_its_assert_and_any_chooses_it(tmp_path: Path) -> None:
+def test_each_type_has_its_assert_and_the_general_assert_selects_it(tmp_path: Path) -> None:
     """Source: TcUnit-Verifier, FB_PrimitiveTypes and FB_AnyPrimitiveTypes (texts)."""
     declared, called = [], []
     for kind, (expected, actual, _, _) in _VALUES.items():
@@ -301,12 +301,14 @@ END_PROGRAM
 """
 
 
-def test_suites_are_computed_as_the_tool_of_the_project(
+def test_suites_are_computed_with_the_rules_of_the_projects_tool(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """In TwinCAT, a number as a TIME is milliseconds.
+    """A suite is computed with the rules of the tool of the project.
 
-    The suite is in a source with the namespace.
+    In TwinCAT, a number as a TIME is in milliseconds.
+
+    The source of the suite uses the namespace of the library.
 
     Source: docs/reference/language.md, dialects.
     """
@@ -319,7 +321,7 @@ def test_suites_are_computed_as_the_tool_of_the_project(
     assert main(["test", str(file), "--dialect", "iec"]) == 1
 
 
-def test_suites_in_sequence_begin_when_the_one_before_has_finished(tmp_path: Path) -> None:
+def test_suites_in_sequence_begin_after_the_previous_suite_has_finished(tmp_path: Path) -> None:
     """Source: TcUnit, FAQ 7."""
     tests = _tests(_run(tmp_path, _TWO_SUITES))
     assert (tests["Slow"].began_us, tests["Slow"].ended_us) == (0, 20_000)
@@ -451,7 +453,7 @@ END_PROGRAM
 def test_an_error_at_run_time_ends_its_test_and_no_other(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """An error within a method ends the test of this method; elsewhere it ends the suite.
+    """A run-time error in a method ends only the test of this method; elsewhere it ends the suite.
 
     Source: docs/how-to/unit-tests.md.
     """
@@ -569,12 +571,12 @@ _OBJECT = """<?xml version="1.0" encoding="utf-8"?>
 
 
 @pytest.mark.exhaustive
-def test_a_twincat_project_runs_as_it_is(
+def test_a_twincat_project_runs_without_changes(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Names of the library TcUnit are qualified, and lines are those of the project's files.
+    """A TwinCAT project runs without changes, and failures have the lines of its files.
 
-    As in TwinCAT, a number as a TIME is milliseconds.
+    Names of the library TcUnit are qualified. A number as a TIME is in milliseconds.
 
     Source: docs/how-to/unit-tests.md.
     """

@@ -1,4 +1,4 @@
-"""The last lines of a test run are short, and say what the reader can do next."""
+"""The last lines of a test run are short, and name the next command for the reader."""
 
 from __future__ import annotations
 
@@ -42,8 +42,11 @@ def test_reasons_that_mean_the_same_are_one_line() -> None:
     ]
 
 
-def test_a_green_run_says_what_was_left_out(suite: pytest.Pytester) -> None:
-    """The seed 4 puts the last test first in every run."""
+def test_a_run_without_failures_prints_what_was_left_out(suite: pytest.Pytester) -> None:
+    """A run without failures prints what was left out.
+
+    The seed 4 puts the last test first in every run.
+    """
     suite.makepyfile(_TESTS.format(red=True))
     result = suite.runpytest_inprocess("-m", "not exhaustive", "-p", "no:xdist", "-s", "--order=4")
     result.stdout.fnmatch_lines(
@@ -58,7 +61,10 @@ def test_a_green_run_says_what_was_left_out(suite: pytest.Pytester) -> None:
 
 
 def test_tests_of_a_missing_engine_are_counted_and_not_run(suite: pytest.Pytester) -> None:
-    """A test that the user names is reported as skipped instead."""
+    """Tests of a missing engine are counted and not run.
+
+    A test that the user names is reported as skipped.
+    """
     suite.makepyfile(
         """
         import pytest

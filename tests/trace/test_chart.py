@@ -37,7 +37,7 @@ def servo_on() -> Timeline:
 
 
 def test_the_chart_shows_what_changed_and_when() -> None:
-    """The chart has inputs, outputs, code and status, with each change under its time."""
+    """The chart shows inputs, outputs, code and status, with each change under its time."""
     assert text_chart(servo_on(), 80) == (
         "time [ms]                       100   150   250   300   320   900\n"
         "SI(01) Servo ON input         ▁▁╱▔▔▔▔▔▔▔▔▔▔▔╲▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁▁\n"
@@ -104,8 +104,11 @@ def test_a_long_run_says_what_the_chart_leaves_out() -> None:
     assert "99 further instants are left out" in svg_chart(timeline)
 
 
-def test_a_column_is_wide_enough_for_what_stands_in_it() -> None:
-    """ReadPositionPulses (0x0505) lasts for a single column. A very long text is cut."""
+def test_a_column_is_wide_enough_for_its_text() -> None:
+    """A column is as wide as its text: ReadPositionPulses fits into one.
+
+    A very long text is cut.
+    """
     timeline = Timeline(Trace({}, watched={"Main.Text": ElementaryType("STRING")}))
     for ms, code, text in ((0, 0, ""), (100, 0x0505, "a"), (110, 0, "x" * 30), (120, 0, "b")):
         timeline.take(Scan(ms * 1000, 0, area(), area(code), {"Main.Text": text}))
@@ -136,8 +139,11 @@ def test_texts_of_a_chart_in_ascii_are_in_ascii_and_pictures_are_of_whole_charac
     ("code", "name"),
     [(0x0001, "MovePtp"), (0x2001, "MovePtp R2"), (0x0FFF, "0x0FFF"), (0x1100, "0x1100")],
 )
-def test_a_code_is_shown_by_the_commands_name_or_as_it_is(code: int, name: str) -> None:
-    """0x0100, WritePoint, has no robot designation. With a robot number it is not a command."""
+def test_a_code_is_shown_by_the_name_of_its_command_or_as_a_number(code: int, name: str) -> None:
+    """A code is shown by the name of its command, an unknown code as a number.
+
+    0x0100, WritePoint, has no robot designation. With a robot number it is not a command.
+    """
     assert command_name(code) == name
 
 

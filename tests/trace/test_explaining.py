@@ -1,4 +1,4 @@
-"""A signal that is never ON has a line in the chart if it explains why nothing happens."""
+"""A signal that never changes has a line in the chart if it explains why nothing happens."""
 
 from __future__ import annotations
 
@@ -30,13 +30,13 @@ def timeline(*steps: tuple[bytes, bytes], trace: Trace | None = None) -> Timelin
 
 
 def signals(made: Timeline) -> list[str]:
-    """Return the signals that have a line."""
+    """Return the signals that have a line in the chart."""
     lines = text_chart(made, 100).splitlines()
     return [line[:6] for line in lines if line[:2] in ("SI", "SO")]
 
 
 def off(made: Timeline) -> set[str]:
-    """Return the signals that are OFF from the first to the last column."""
+    """Return the signals of the chart that are OFF from the first to the last column."""
     lines = text_chart(made, 100, ascii_only=True).splitlines()
     return {
         line[:6] for line in lines if line[:2] in ("SI", "SO") and set(line.split()[-1]) == {"_"}
@@ -46,7 +46,7 @@ def off(made: Timeline) -> set[str]:
 @pytest.mark.parametrize(
     ("si", "so", "expected"),
     [
-        # Chapter 5, 2: a missing answer to an input has a line, an answer that came has none.
+        # Chapter 5, 2: an output that should answer an input, but never turned ON, has a line.
         (SI00 | SI06 | SI17, 0, {"SO(11)"}),
         (SI00 | SI06 | SI14, 0, {"SO(11)"}),
         (SI10, 0, {"SO(12)"}),
@@ -61,7 +61,7 @@ def off(made: Timeline) -> set[str]:
         (SI00, SO00, set()),
     ],
 )
-def test_an_answer_that_never_came_has_a_line(si: int, so: int, expected: set[str]) -> None:
+def test_a_missing_answer_has_a_line_in_the_chart(si: int, so: int, expected: set[str]) -> None:
     """Source: manual chapter 5, 2 and 3."""
     assert off(timeline((area(), area()), (area(so), area(si)))) == expected
 
@@ -95,7 +95,9 @@ def test_a_signal_that_a_broken_rule_names_has_a_line() -> None:
 
 
 def test_a_signal_that_the_cause_of_an_error_names_has_a_line_in_every_band() -> None:
-    """16#807B means that SO(11) is OFF. It is watched, or reported at the end of the run.
+    """If the cause of an ErrorID names a signal, the signal has a line in each band of the chart.
+
+    16#807B means that SO(11) is OFF. The ErrorID is watched, or reported at the end of the run.
 
     Source: docs/reference/errors.md.
     """
@@ -111,7 +113,7 @@ def test_a_signal_that_the_cause_of_an_error_names_has_a_line_in_every_band() ->
 
 
 @pytest.mark.parametrize("fault", ["16#0000", "16#807B"])
-def test_rcx_run_asks_the_program_for_its_errors_at_the_end(
+def test_rcx_run_reads_the_errors_of_the_program_at_the_end(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], fault: str
 ) -> None:
     """Source: docs/reference/trace.md, charts."""

@@ -51,7 +51,7 @@ def _scan(t_us: str, more: str = "", scan: int = 1) -> str:
     ],
 )
 @pytest.mark.parametrize("command", ["judge", "view", "compare"])
-def test_a_record_with_no_time_of_its_own_is_refused_with_its_line(
+def test_a_record_without_a_time_is_refused_with_its_line(
     command: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Source: docs/reference/trace.md: t_us is microseconds from the start."""
@@ -63,7 +63,7 @@ def test_a_record_with_no_time_of_its_own_is_refused_with_its_line(
     assert len(error) < 300
 
 
-def test_a_line_that_never_ends_is_read_up_to_the_limit(
+def test_a_line_without_an_end_is_read_up_to_the_limit(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     """Source: docs/reference/limits.md, files."""
@@ -90,8 +90,10 @@ def test_a_clock_that_jumps_by_years_is_reported(tmp_path: Path) -> None:
         next(found)
 
 
-def test_array_types_in_a_header_are_counted_before_they_are_taken_apart(tmp_path: Path) -> None:
-    """Arrays of two arrays of two arrays and so on, forty times, would be 2^40 lanes.
+def test_array_types_in_a_header_are_counted_before_they_are_expanded(tmp_path: Path) -> None:
+    """Nested arrays in a header are counted before they are expanded.
+
+    Forty levels of arrays of two elements would be 2^40 lanes.
 
     Source: docs/reference/limits.md, variables that are watched.
     """
@@ -103,8 +105,10 @@ def test_array_types_in_a_header_are_counted_before_they_are_taken_apart(tmp_pat
         View(header)
 
 
-def test_parts_are_counted_as_they_are_made() -> None:
-    """A long array counts as one value.
+def test_the_values_of_a_variable_are_counted_as_they_are_created() -> None:
+    """The values of a variable are counted while they are created.
+
+    A long array counts as one value.
 
     Source: docs/reference/trace.md.
     """

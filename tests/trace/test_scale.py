@@ -1,5 +1,5 @@
 # ruff: noqa: RUF001 - these characters draw the chart
-"""Charts with a time axis that is true to scale."""
+"""Charts to scale have a time axis on which each character is the same time."""
 
 from __future__ import annotations
 
@@ -45,8 +45,11 @@ def moving(end_ms: int = 100) -> Timeline:
     return timeline
 
 
-def test_a_line_is_so_much_time_and_a_character_its_share() -> None:
-    """80 characters for 800 ms are 10 ms each. The last line is shorter if less time remains."""
+def test_each_line_shows_the_same_time() -> None:
+    """Each line of the chart shows the same time, and each character its share of it.
+
+    80 characters for 800 ms are 10 ms each. The last line is shorter if less time remains.
+    """
     lines = scaled_text(run(), WIDTH, line_us=800_000).splitlines()
     assert lines == [
         f"{'time [ms]':<{NAMES}} 0         100       200       300       400       500",
@@ -126,7 +129,7 @@ def test_a_broken_rule_is_marked_where_it_was() -> None:
 
 
 def test_the_picture_is_true_to_scale() -> None:
-    """1000 pixels for 500 ms are 2 pixels for each ms."""
+    """In the SVG picture, the time axis is to scale: 1000 pixels for 500 ms are 2 pixels per ms."""
     root = ElementTree.fromstring(scaled_svg(run(), "a < b", 500_000))
     texts = {node.text: float(node.get("x") or 0) for node in root.iter(f"{SVG}text")}
     assert "a < b" in texts

@@ -54,8 +54,10 @@ def _timeline(*records: Record) -> Timeline:
     return timeline
 
 
-def test_the_lines_are_exactly_of_the_format() -> None:
-    """The header has the listings, and a cycle has the tasks. Without programs nothing is added.
+def test_the_lines_have_exactly_the_documented_format() -> None:
+    """The lines of a trace have exactly the format of docs/reference/trace.md.
+
+    The header has the listings, and a cycle has the tasks. Without robot programs nothing is added.
 
     Source: docs/reference/trace.md.
     """
@@ -113,8 +115,11 @@ def test_a_task_in_words() -> None:
     assert task_text(_task(1, "ready"), "HALT") == "PLACE ready"
 
 
-def test_a_statement_is_told_without_its_comment() -> None:
-    """An apostrophe inside a quoted text does not begin a comment."""
+def test_a_statement_is_shown_without_its_comment() -> None:
+    """A statement is shown without its comment.
+
+    An apostrophe in a quoted text does not begin a comment.
+    """
     assert statement_of(_PROGRAMS[0], _task(1)) == "WAIT SI(20)=1"
     assert statement_of(_PROGRAMS[0], _task(2)) == 'S$="it\'s"'
     assert statement_of(_PROGRAMS[0], _task(4)) == ""
@@ -122,7 +127,10 @@ def test_a_statement_is_told_without_its_comment() -> None:
 
 
 def test_a_chart_has_a_lane_for_each_task() -> None:
-    """Like positions, tasks make no columns. Only SI(00) does, ON at 20 ms and OFF at 60 ms."""
+    """A chart has a lane for each task, but a change of a task adds no column.
+
+    Only SI(00) adds columns: ON at 20 ms and OFF at 60 ms.
+    """
     timeline = _timeline(*_RUN)
     lanes = {lane.name: lane for lane in timeline.lanes()}
     assert lanes["Task 1"].first == "PLACE ready"
@@ -155,7 +163,10 @@ def test_lanes_of_further_controllers_bear_their_number() -> None:
 
 
 def test_a_wave_file_has_line_task_and_state_of_each_program(tmp_path: Path) -> None:
-    """While a program is not in a task, its line and its task are 0."""
+    """A wave file has line, task and state of each program.
+
+    While a program is not in a task, its line and its task are 0.
+    """
     programs = [[*_PROGRAMS[0], {"name": "LAMP", "lines": []}]]
     wave = Wave(tmp_path / "w.vcd", trace=Trace(_HEADER, programs=programs))
     for record in _RUN:

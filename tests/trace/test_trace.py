@@ -14,8 +14,8 @@ Build = Callable[..., Cell]
 HEADER = {"scan_us": 10000, "cycle_us": 5000, "size": 48}
 
 
-def test_the_lines_are_exactly_of_the_format() -> None:
-    """Keys have a fixed order, there are no spaces, and areas are hexadecimal."""
+def test_the_lines_have_exactly_the_documented_format() -> None:
+    """Lines have a fixed order of keys, no spaces, and hexadecimal areas."""
     trace = Trace(HEADER)
     trace.add(Cycle(0, 0, b"", bytes.fromhex("0002")))
     trace.add(Scan(0, 0, bytes.fromhex("00ff"), bytes.fromhex("0100")))

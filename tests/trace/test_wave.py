@@ -43,7 +43,10 @@ def changes(text: str, scope: str, name: str) -> list[tuple[int, str]]:
 
 
 def test_both_sides_of_the_wire_are_recorded(raw_cell: Build, tmp_path: Path) -> None:
-    """The PLC writes SI(00) at 100 ms, and the controller sees it at 115 ms."""
+    """A wave file has the areas of the PLC and of the controller.
+
+    The PLC writes SI(00) at 100 ms, and the controller reads it at 115 ms.
+    """
     record(raw_cell, tmp_path / "w.vcd")
     text = (tmp_path / "w.vcd").read_text()
     assert "$timescale 1 us $end" in text
@@ -66,7 +69,10 @@ def test_an_unwritable_place_is_reported(tmp_path: Path) -> None:
 
 
 def test_watched_variables_are_in_the_scopes_of_their_paths(tmp_path: Path) -> None:
-    """-7 in 16 bits is 1111111111111001. Texts in a wave file must not contain spaces."""
+    """Watched variables are in scopes named by their paths.
+
+    -7 in 16 bits is 1111111111111001. Texts in a wave file must not contain spaces.
+    """
     item = StructType("ITEM", (("Speed", INT), ("State", EnumType("STATE", ("IDLE", "RUN")))))
     types: dict[str, Type] = {
         "Main.Items": ArrayType("ITEMS", ((1, 1),), item),

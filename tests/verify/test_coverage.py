@@ -1,4 +1,4 @@
-"""Coverage of ST counts executed statements, and lists the others."""
+"""Coverage of ST counts the executed statements, and lists those that were not executed."""
 
 from __future__ import annotations
 
@@ -125,7 +125,10 @@ def test_everything_executed_is_complete(measured: Measure) -> None:
 
 
 def test_a_branch_that_is_not_taken_is_named_with_its_line(measured: Measure) -> None:
-    """A branch that is not taken has its line, also a missing ELSE and a CASE without a match."""
+    """A branch that is not taken is reported with its line.
+
+    This includes a missing ELSE and a CASE without a match.
+    """
     result = measured([(20, True, "SIZE_SMALL")])
     assert _open(result) == [
         "17: not taken: ELSIF Level > 5",
@@ -158,7 +161,10 @@ def test_a_loop_without_a_round_counts_unless_constants_exclude_it(measured: Mea
     ids=["FOR", "REPEAT", "WHILE"],
 )
 def test_a_branch_not_taken_in_a_loop_is_found(measured: Measure, loop: str) -> None:
-    """The loop counter is 1, 2 and 3, so that the branch for 5 is not taken."""
+    """A branch that is never taken in a loop is reported.
+
+    The loop counter is 1, 2 and 3, so the branch for 5 is not taken.
+    """
     branch = "    IF k = {} THEN\n      Shown := 1;\n    END_IF;\n"
     body = loop.format(body=branch.format(2) + branch.format(5))
     start, end = _BLOCK.index("  k := 1;"), _BLOCK.index("  Good :=")
@@ -174,7 +180,10 @@ def test_a_case_whose_labels_are_all_members_has_no_other_way(measured: Measure)
 
 
 def test_a_dead_line_in_a_block_is_found(measured: Measure) -> None:
-    """An earlier condition includes this condition, so no test can reach the line."""
+    """A line in a block that no test can reach is reported.
+
+    An earlier condition includes the condition of this line.
+    """
     dead = "  ELSIF Level > 7 THEN\n    Shown := 3;\n  END_IF;\n  CASE"
     result = measured(_EVERYTHING, _BLOCK.replace("  END_IF;\n  CASE", dead))
     assert _open(result) == ["19: not taken: ELSIF Level > 7"]
@@ -244,7 +253,7 @@ def _decision(text: str, tmp_path: Path) -> Decision:
         pytest.param("A AND B OR C", [0b011, 0b111], "", "", id="C is masked"),
     ],
 )  # fmt: skip
-def test_mcdc_asks_that_each_condition_decides_both_ways(
+def test_mcdc_requires_that_each_condition_decides_both_outcomes(
     text: str, vectors: list[int], masking: str, unique: str, tmp_path: Path
 ) -> None:
     """Source: the definitions of masking and unique-cause MC/DC (CAST-6)."""
@@ -256,7 +265,10 @@ def test_mcdc_asks_that_each_condition_decides_both_ways(
 
 
 def test_a_decision_has_its_outcome_for_each_vector(tmp_path: Path) -> None:
-    """The outcomes are calculated by hand. A is bit 0."""
+    """Each combination of conditions gives the outcome that was calculated by hand.
+
+    A is bit 0.
+    """
     decision = _decision("A XOR B AND NOT C", tmp_path)
     assert [decision.outcome(vector) for vector in range(8)] == [
         *(False, True, True, False),
@@ -264,8 +276,11 @@ def test_a_decision_has_its_outcome_for_each_vector(tmp_path: Path) -> None:
     ]
 
 
-def test_all_operands_are_evaluated_where_python_would_stop(measured: Measure) -> None:
-    """ST has no short-circuit evaluation: the second condition counts even after a FALSE."""
+def test_all_operands_are_evaluated_without_short_circuit(measured: Measure) -> None:
+    """All operands are evaluated, because ST has no short-circuit evaluation.
+
+    The second condition counts even after a FALSE.
+    """
     result = measured([(0, True, "SIZE_SMALL")])
     (first,) = [one for one in result.decisions if one.line == 15]
     assert [one.text for one in first.conditions] == ["Level > 10", "Ready"]
@@ -361,7 +376,7 @@ def test_the_figures_are_met_only_without_gaps(measured: Measure) -> None:
 
 
 def test_every_reason_names_a_condition_of_the_library(repository: Path, tmp_path: Path) -> None:
-    """A reason is useless once its decision has changed."""
+    """Every reason for missing MC/DC names a condition of the library that exists."""
     named = reasons(repository / "tests/tools/evidence/conditions.toml")
     program = tmp_path / "Bench.st"
     blocks = sorted({pou for pou, _, _ in named if pou.startswith("FB_")})

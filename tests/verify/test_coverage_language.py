@@ -1,4 +1,4 @@
-"""Coverage of users' programs: methods, loops, skipped conditions, files of tools, reports."""
+"""Coverage works for users' programs: methods, loops, skipped conditions, tool files, reports."""
 
 from __future__ import annotations
 
@@ -21,14 +21,17 @@ from structured_text.engines.builtin.coverage import outcome
 from structured_text.errors import InputError
 from structured_text.language.load import load
 
-#: Values of variables for one scan.
+#: The values of the variables in one scan.
 Scan = dict[str, bool | int]
 Run = Callable[..., FileResult]
 
 
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
-    """Return a function that runs a body with declarations, and with `before` above the program."""
+    """Return a function that runs a program of these declarations and this body.
+
+    `before` is the text above the program.
+    """
 
     def run(body: str, declared: str, *scans: Scan, before: str = "") -> FileResult:
         text = f"{before}PROGRAM P\n  VAR\n{declared}  END_VAR\n{body}END_PROGRAM\n"
@@ -56,8 +59,11 @@ _POINTER = "    P : POINTER TO INT;\n    X : INT;\n    Take, Seen : BOOL;\n"
 _GUARD = "  IF Take THEN\n    P := ADR(X);\n  END_IF;\n  Seen := P <> 0 AND_THEN P^ > 3;\n"
 
 
-def test_a_pointer_behind_and_then_is_followed_only_where_it_leads_somewhere(run: Run) -> None:
-    """Each operand is a condition. The second is not evaluated if the first is FALSE."""
+def test_a_pointer_after_and_then_is_used_only_if_it_is_not_0(run: Run) -> None:
+    """A pointer after AND_THEN is used only if it is not 0.
+
+    Each operand is a condition. The second is not evaluated if the first is FALSE.
+    """
     result = run(_GUARD, _POINTER, {})
     (decision,) = [one for one in result.decisions if "AND_THEN" in one.text]
     assert decision.text == "P <> 0 AND_THEN P^ > 3"
@@ -70,7 +76,9 @@ def test_a_pointer_behind_and_then_is_followed_only_where_it_leads_somewhere(run
 
 
 def test_three_evaluations_give_mcdc_of_two_conditions(run: Run) -> None:
-    """FALSE and skipped, TRUE and TRUE, TRUE and FALSE: n conditions need n + 1 evaluations.
+    """Three evaluations give MC/DC of two conditions: n conditions need n + 1 evaluations.
+
+    They are: FALSE and skipped, TRUE and TRUE, TRUE and FALSE.
 
     Source: masking MC/DC of short-circuit forms (CAST-6, 10.3).
     """
@@ -97,12 +105,13 @@ def test_three_evaluations_give_mcdc_of_two_conditions(run: Run) -> None:
         ([0, 1, "XOR"], [0b01, 0b10], "F F"),
     ],
 )
-def test_a_condition_has_decided_where_what_was_skipped_could_not_outweigh_it(
+def test_a_condition_has_decided_if_skipped_conditions_could_not_change_the_outcome(
     code: list[int | str], vectors: list[int], deciding: str
 ) -> None:
-    """The results are by hand.
+    """A condition has decided the outcome if no value of a skipped condition could change it.
 
-    Bit k is condition k, and the bits of skipped conditions are above.
+    The results were calculated by hand. Bit k is condition k; the bits of skipped conditions are
+    above.
     """
     size = sum(isinstance(one, int) for one in code)
     judged = judge(code, size, vectors)
@@ -124,28 +133,37 @@ def test_a_condition_has_decided_where_what_was_skipped_could_not_outweigh_it(
 def test_unknown_conditions_leave_some_outcomes_open(
     code: list[int | bool | str], skipped: int, expected: bool | None
 ) -> None:
-    """All known conditions are FALSE."""
+    """If conditions are unknown, some outcomes stay open. All known conditions are FALSE."""
     assert outcome(code, 0, skipped) is expected
 
 
-def test_coverage_ends_no_run_that_goes_on_without_it(run: Run) -> None:
-    """An index or a division after AND is evaluated in the same cases with and without coverage."""
+def test_coverage_does_not_stop_a_run(run: Run) -> None:
+    """Coverage does not change whether a run stops.
+
+    An index or a division after AND is evaluated in the same cases with and without coverage.
+    """
     declared = "    A : ARRAY [1..3] OF INT;\n    i, n : INT;\n    Good : BOOL;\n"
     body = "  Good := i >= 1 AND A[i] = 0;\n  Good := n <> 0 AND 10 / n > 3;\n"
     result = run(body, declared, {"i": 0}, {"i": 2, "n": 2})
     assert [dict(one.vectors) for one in result.decisions] == [{0b11: True, 0b10_00: False}] * 2
 
 
-def test_a_conversion_behind_and_is_looked_at_and_a_root_is_not(run: Run) -> None:
-    """A conversion of a whole number never ends a run. The root of a negative number does."""
+def test_a_conversion_after_and_is_evaluated_and_a_root_is_not(run: Run) -> None:
+    """After AND, a conversion is evaluated for coverage, but a root is not.
+
+    A conversion of a whole number never ends a run, but the root of a negative number does.
+    """
     declared = "    i : INT;\n    r : REAL;\n    Good : BOOL;\n"
     body = "  Good := i > 0 AND INT_TO_REAL(i) < 3.0;\n  Good := i > 0 AND SQRT(r) < 3.0;\n"
     result = run(body, declared, {"i": 0})
     assert [dict(one.vectors) for one in result.decisions] == [{0b10: False}, {0b10_00: False}]
 
 
-def test_a_decision_that_is_come_to_again_inside_itself_keeps_both(run: Run) -> None:
-    """A method in a condition runs the same decision for another instance."""
+def test_a_decision_evaluated_inside_itself_is_recorded_twice(run: Run) -> None:
+    """If a decision is evaluated inside itself, both evaluations are recorded.
+
+    A method in a condition runs the same decision for another instance.
+    """
     before = (
         "FUNCTION_BLOCK F\n  VAR_INPUT Next : POINTER TO F; On : BOOL; END_VAR\n"
         "  METHOD All : BOOL\n"
@@ -261,7 +279,10 @@ END_FUNCTION_BLOCK
 
 
 def test_functions_methods_and_properties_count_with_their_lines(run: Run) -> None:
-    """One file has all of them. Parts that are not called are reported with their own lines."""
+    """Functions, methods and properties count with their lines, here in one file.
+
+    Parts that are not called are reported with their own lines.
+    """
     body = "  Axis.MoveTo(Target := n);\n  n := Axis.Position;\n"
     result = run(body, "    Axis : FB_Axis;\n    n : INT;\n", {"n": 4}, before=_METHODS)
     assert sorted(result.pous) == [("FB_Axis", 6, 0), ("FB_Axis.MoveTo", 8, 1),
@@ -339,7 +360,7 @@ def test_a_replaced_body_counts_in_its_own_file(tmp_path: Path) -> None:
 
 # --- written reports ------------------------------------------------------------------------------
 
-#: The elements of coverage-04.dtd: their children in order, and their required attributes.
+#: Maps the elements of coverage-04.dtd to their children in order, and required attributes.
 _RATES = {"line-rate", "branch-rate", "complexity"}
 _DTD = {"coverage": (["sources", "packages"], {"lines-covered", "lines-valid", "branches-covered",
                                                "branches-valid"} | {"version", "timestamp",
@@ -387,8 +408,11 @@ def test_cobertura_is_as_its_dtd_wants_it(result: FileResult, tmp_path: Path) ->
     assert root.get("line-rate") == "0.6364"
 
 
-def test_records_of_lcov_stand_at_lines_with_statements(result: FileResult) -> None:
-    """Readers report a branch or function of a line without data as an error."""
+def test_records_of_lcov_are_at_lines_with_statements(result: FileResult) -> None:
+    """Records of lcov are only at lines with statements.
+
+    Readers report a branch or function of a line without data as an error.
+    """
     rows = [line.partition(":") for line in tracefile([result]).splitlines()]
     of: dict[str, set[str]] = {}
     for kind, _, rest in rows:
@@ -404,8 +428,12 @@ def test_records_of_lcov_stand_at_lines_with_statements(result: FileResult) -> N
     assert "MCDC" not in of, "other readers refuse the file"
 
 
-def test_lcov_takes_the_conditions_of_a_line_as_one_group(run: Run) -> None:
-    """The first decision has two conditions, the second has one. lcov 2.2 shows f and t of each."""
+def test_lcov_shows_the_conditions_of_a_line_as_one_group(run: Run) -> None:
+    """Lcov shows all conditions of a line as one group.
+
+    The first decision has two conditions, the second has one. lcov 2.2 shows f and t of each
+    condition.
+    """
     body = "  X := A AND B; X := NOT A;\n"
     result = run(body, "    A, B, X : BOOL;\n", {"A": True, "B": True}, {"B": False})
     lines = tracefile([result], mcdc=True).splitlines()

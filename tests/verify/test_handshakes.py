@@ -1,4 +1,4 @@
-"""Predefined properties of a handshake are broken or kept, and have messages."""
+"""The predefined properties of a handshake, such as stable data, are checked and reported."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rcx_harness.verify.properties import judge_run
 from rcx_harness.verify.storm.demands import Demands
 from structured_text.errors import InputError
 
-#: A test writes every value of the table by hand before a scan.
+#: Program of a handshake. The test writes each variable before a scan.
 _PROGRAM = """PROGRAM Wire
   VAR
     InputArea, OutputArea : RCX_IMAGE;
@@ -58,7 +58,7 @@ acknowledge = "Main.Taken"
 
 
 def _found(cell: Cell, rows: Iterator[tuple[int, int, int]]) -> list[str]:
-    """Run a scan with each row of strobe, data and acknowledge; return the broken properties."""
+    """Run a scan for each row (strobe, data, acknowledge), and return the broken properties."""
     for strobe, data, taken in rows:
         cell["Main.Strobe"], cell["Main.Data"], cell["Main.Taken"] = bool(strobe), data, bool(taken)
         cell.scan()
@@ -92,7 +92,10 @@ def _found(cell: Cell, rows: Iterator[tuple[int, int, int]]) -> list[str]:
 def test_data_are_stable_from_the_edge_of_the_strobe_to_the_acknowledge(
     folder: Path, more: str, rows: str, said: str
 ) -> None:
-    """Each row is a scan: strobe, data, acknowledge. The verdicts are by hand."""
+    """Data must be stable from the edge of the strobe to the acknowledge.
+
+    Each row is a scan: strobe, data, acknowledge. The expected results were found by hand.
+    """
     with _cell(folder, _VARIABLES.format(more=more)) as cell:
         found = _found(cell, (tuple(map(int, row)) for row in rows.split()))  # type: ignore[misc]
     assert len(found) == bool(said)
@@ -134,7 +137,7 @@ def _started(cell: Cell) -> Cell:
             "N%=SIW(2)\nWAIT SI(20)=1",
             "robot program MAIN reads SIW(2) in line 1 while SI(20) is OFF",
         ),
-        (  # broken in each iteration, but reported once
+        (  # the rule is broken in each iteration, but reported once
             "*L:\nN%=SIW(2)\nIF SI(20)=0 THEN GOTO *L",
             "robot program MAIN reads SIW(2) in line 2 while SI(20) is OFF",
         ),
@@ -143,7 +146,7 @@ def _started(cell: Cell) -> Cell:
 def test_the_robot_reads_the_data_while_the_strobe_is_on(
     folder: Path, first: str, said: str
 ) -> None:
-    """The word of the PLC is valid while its bit is ON."""
+    """A robot program may read the word of the PLC only while the strobe bit is ON."""
     with _started(_cell(folder, _TO_ROBOT, f"{first}\nWAIT SI(27)=1")) as cell:
         cell.scan(5)
         cell["Main.OutputArea[34]"] = 1
@@ -163,7 +166,10 @@ def test_the_robot_reads_the_data_while_the_strobe_is_on(
     ],
 )
 def test_the_robot_writes_the_data_before_its_strobe(folder: Path, program: str, said: str) -> None:
-    """Data and strobe come in one packet in either order. Only the statements show the order."""
+    """A robot program must write its data before its strobe.
+
+    Data and strobe arrive in one packet in either order. Only the statements show the order.
+    """
     with _started(_cell(folder, _TO_PLC, f"{program}\nWAIT SI(27)=1")) as cell:
         cell.scan(5)
         cell["Main.OutputArea[34]"] = 1
@@ -176,7 +182,10 @@ _STILL = '[[deadlock]]\nwithin = "500ms"\n'
 
 
 def test_a_standstill_is_reported_once_after_its_time(folder: Path) -> None:
-    """The PLC of this cell does not wait, so the message names the robot only."""
+    """A standstill (deadlock) is reported once, after its time.
+
+    The PLC of this cell does not wait, so the message names only the robot.
+    """
     with _started(_cell(folder, _STILL, "WAIT SI(20)=1 ' part")) as cell:
         cell.run("490ms")
         assert not cell.violations
@@ -205,7 +214,7 @@ def test_a_cell_that_moves_or_need_not_has_no_deadlock(
 
 
 def test_a_program_that_polls_its_inputs_stands_still(folder: Path) -> None:
-    """Executed lines do not count as progress."""
+    """A robot program that only polls its inputs counts as standing still."""
     program = "*L:\nDELAY 10\nIF SI(20)=0 THEN GOTO *L"
     with _started(_cell(folder, _STILL, program)) as cell:
         cell.run("2s")
@@ -213,8 +222,11 @@ def test_a_program_that_polls_its_inputs_stands_still(folder: Path) -> None:
     assert "nothing has moved for 500 ms: robot program MAIN is in line 2: DELAY 10" in found.text
 
 
-def test_two_bits_that_the_plc_waits_for_are_told_together(folder: Path) -> None:
-    """The PLC waits for SO(20) OFF together with SO(21) ON. Either alone changes nothing."""
+def test_two_bits_for_which_the_plc_waits_are_reported_together(folder: Path) -> None:
+    """If the PLC waits for two bits, both are reported.
+
+    It waits for SO(20) OFF together with SO(21) ON. One of them alone has no effect.
+    """
     (folder / "Wire.st").write_text(
         _PROGRAM.replace(
             "  Taken := Taken;",
@@ -248,8 +260,11 @@ END_PROGRAM
 """
 
 
-def test_the_trial_of_the_plc_counts_for_no_other_rule(folder: Path) -> None:
-    """Calls in a branch are counted at run time. Those of the trial must not be counted."""
+def test_trial_scans_of_the_plc_do_not_count_for_other_rules(folder: Path) -> None:
+    """The trial scans that find the bits for which the PLC waits do not count for other rules.
+
+    Calls in a branch are counted at run time, but not in a trial.
+    """
     (folder / "Wire.st").write_text(_IN_A_BRANCH, encoding="utf-8")
     with _cell(folder, _STILL, "WAIT SI(20)=1\nSO(21)=1") as cell:
         cell.run("2s")

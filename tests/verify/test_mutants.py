@@ -91,7 +91,7 @@ _PROGRAM = """PROGRAM Sample
   Block(Execute := TRUE);
 END_PROGRAM
 """
-#: A test that detects most mutants of FC_Sample, but not that of equal words.
+#: A test that detects most mutants of FC_Sample, but not the mutant for two equal words.
 _TEST = """from pathlib import Path
 
 from structured_text.engines import build
@@ -174,8 +174,8 @@ def test_every_operator_makes_its_mistake_as_a_change_of_lines(house: Path) -> N
     assert {operator for operator, _, _ in found} == set(OPERATORS)
 
 
-def test_the_function_of_the_low_word_is_taken_for_that_of_the_high_one(house: Path) -> None:
-    """Functions whose names differ only in Low and High are exchanged, if both exist."""
+def test_a_mutant_exchanges_the_functions_of_the_low_and_the_high_word(house: Path) -> None:
+    """A mutant calls the function for the high word in place of the low word, if both exist."""
     area = house / "plc" / "lib" / "area"
     functions = "".join(
         f"FUNCTION FC_My{half}Word : WORD\n  VAR_INPUT Value : DWORD; END_VAR\n"
@@ -196,7 +196,7 @@ def test_a_mutant_is_correct_and_differs_from_the_original_and_from_all_others(h
     made = list(mutants.of(house / "plc" / "lib" / "area" / "FB_Sample.st"))
     assert len({one.text for one in made}) == len(made) > 60
     assert _BLOCK not in {one.text for one in made}
-    assert mutants.counted.refused > 0  # for example an index outside the array
+    assert mutants.counted.refused > 0  # for example, an index outside of the array
     assert not any("Words[0]" in one.text or "Words[16]" in one.text for one in made)
 
 
@@ -209,8 +209,10 @@ def test_a_change_that_compiles_to_the_same_is_no_mutant(house: Path) -> None:
     assert mutants.counted.equal > 0
 
 
-def test_to_leave_out_what_changes_nothing_is_no_mistake(house: Path) -> None:
-    """Variables of a function begin with their initial values in every call.
+def test_removing_an_assignment_without_effect_is_not_a_mutant(house: Path) -> None:
+    """Removing an assignment without an effect is not a mutant.
+
+    Variables of a function begin with their initial values in every call.
 
     Source: IEC 61131-3, 2.5.1: a function has no memory.
     """
@@ -255,7 +257,10 @@ def test_a_sample_has_each_operator_and_repeats_with_its_seed(house: Path) -> No
 
 @pytest.mark.parametrize("operator", ["relational", "default"])
 def test_a_mutant_is_put_into_a_compiled_program(house: Path, operator: str) -> None:
-    """A change in a body is made in place. A change in a declaration makes a new program."""
+    """A mutant is put into a compiled program.
+
+    A change in a body is made in place. A change in a declaration needs a new program.
+    """
     workshop = Workshop()
     paths = [house / "tests/data/library/Sample.st", *sorted((house / "plc/lib").rglob("*.st"))]
     project = workshop.load(paths)

@@ -1,4 +1,4 @@
-"""Properties in Python never give a green run by an error in the user's code."""
+"""An error in the Python code of a property never makes a run pass."""
 
 from __future__ import annotations
 
@@ -56,7 +56,10 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 def test_a_file_that_raises_is_bad_input_at_its_line(
     here: Path, text: str, line: int, message: str, relative: bool
 ) -> None:
-    """Source: a defect report: sys.exit(0) is exit 2; the user's file and line are reported."""
+    """An exception in a file of properties is bad input, reported with file and line.
+
+    Source: a defect report: sys.exit(0) in such a file gives exit code 2.
+    """
     file = Path("mine.py") if relative else here / "mine.py"
     file.write_text(_HEAD + text)
     exits = sys.exit
@@ -109,7 +112,10 @@ def _leaves(item: int) -> int:
     raise SystemExit(item)
 
 
-def test_an_item_of_a_farm_that_leaves_is_an_error() -> None:
-    """In this process it would end the command, with an exit code of its own choice."""
+def test_an_item_of_a_farm_that_calls_exit_is_an_error() -> None:
+    """An item of work that calls sys.exit is an error.
+
+    In this process it would end the command with any exit code.
+    """
     with pytest.raises(RuntimeError, match="SystemExit"):
         list(Farm(0).run(_leaves, [0]))

@@ -30,7 +30,7 @@ HALT
 
 
 def _run(cell: Cell) -> None:
-    """Let the program run from its first line. SI(06) and SI(00) are ON."""
+    """Run the robot program from its first line, with SI(06) and SI(00) ON."""
     for inputs in (0x40, 0x41):
         cell["Main.OutputArea[32]"] = inputs
         cell.run("150ms")
@@ -41,8 +41,11 @@ def _run(cell: Cell) -> None:
     cell.run("100ms")
 
 
-def test_lines_are_recorded_also_behind_a_power_cycle(tmp_path: Path) -> None:
-    """Before the power cycle, the branch of lines 3 and 4 is taken. After it, SI(20) is ON."""
+def test_lines_are_recorded_before_and_after_a_power_cycle(tmp_path: Path) -> None:
+    """Executed lines are recorded before and after a power cycle.
+
+    Before it, the branch of lines 3 and 4 is taken. After it, SI(20) is ON.
+    """
     (tmp_path / "Wire.st").write_text(_PROGRAM, encoding="utf-8")
     config = RobotConfig(
         booted=True, boot_time=0, programs=(RobotProgram(name="MAIN", text=_TEXT),)

@@ -39,9 +39,9 @@ def test_a_cell_is_gone_when_the_next_one_begins(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("by_hand")
 def test_older_objects_are_collected_after_the_cells(tmp_path: Path) -> None:
-    """Collecting after each cell is cheap because the rest of the process is excluded.
+    """Objects that existed before the cells are collected after the last cell.
 
-    That rest is collected afterwards.
+    They are excluded while cells are collected, which makes each collection fast.
     """
     cells = _cells(tmp_path)
     assert gc.get_freeze_count() > 0
@@ -63,7 +63,9 @@ def test_older_objects_are_collected_after_the_cells(tmp_path: Path) -> None:
 def test_an_error_of_a_property_names_the_users_file(
     tmp_path: Path, name: str, text: str, shown: str
 ) -> None:
-    """A worker uses a copy in a temporary folder, which is gone by then.
+    """An error of a property names the file of the user.
+
+    A worker uses a copy in a temporary folder, which no longer exists when the error is shown.
 
     Source: docs/how-to/campaign.md: exit code 2 on bad input
     """
@@ -77,7 +79,7 @@ def test_an_error_of_a_property_names_the_users_file(
     assert str(caught.value).startswith(f"{demands}{shown}")
 
 
-def test_an_empty_library_is_refused_and_that_of_the_package_not_taken(tmp_path: Path) -> None:
+def test_an_empty_library_folder_is_refused_and_not_replaced(tmp_path: Path) -> None:
     """Source: `rcx campaign --help`, --lib: folder of the library."""
     feeder(tmp_path)
     (empty := tmp_path / "empty").mkdir()
@@ -85,8 +87,11 @@ def test_an_empty_library_is_refused_and_that_of_the_package_not_taken(tmp_path:
         CellsOf.of([tmp_path / "Feeder.st"], {"engine": "builtin", "lib": empty})
 
 
-def test_the_files_that_a_robot_file_names_are_taken_along(tmp_path: Path) -> None:
-    """A worker on another computer has none of the user's files."""
+def test_the_files_that_a_robot_file_names_are_sent_to_the_workers(tmp_path: Path) -> None:
+    """The files that a robot file names are sent to the workers.
+
+    A worker on another computer has no files of the user.
+    """
     feeder(tmp_path)
     robot = tmp_path / "robots/robot.toml"
     robot.parent.mkdir()

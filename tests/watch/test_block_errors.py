@@ -1,4 +1,4 @@
-"""A run shows at its end the errors that blocks have reported."""
+"""At its end, a run prints the errors that blocks have reported."""
 
 from __future__ import annotations
 
@@ -73,7 +73,7 @@ def errors(tmp_path_factory: pytest.TempPathFactory) -> Iterator[BlockErrors]:
 
 
 def test_an_error_has_its_name_its_alarm_and_its_time(errors: BlockErrors) -> None:
-    """The error is also reported if the block showed it for one scan only.
+    """An error is reported with name, alarm and time, even if it was shown for one scan only.
 
     Source: remote command guide 4.2.1, alarm 6.204; spec/errors.toml, 16#8020.
     """
@@ -86,7 +86,10 @@ def test_an_error_has_its_name_its_alarm_and_its_time(errors: BlockErrors) -> No
 
 
 def test_a_block_inside_a_block_of_the_user_is_named_by_its_path(errors: BlockErrors) -> None:
-    """A speed of 200 % is not sent. Source: spec/errors.toml, 16#8042."""
+    """A block inside a block of the user is named by its path. A speed of 200 % is refused.
+
+    Source: spec/errors.toml, 16#8042.
+    """
     (_, text) = errors.texts(5)
     assert text.startswith("Main.Own.Inner ended with error 16#8042 (Illegal speed) at ")
 

@@ -1,4 +1,4 @@
-"""A running program is warned of blocks that it calls twice, for two robots, or not at all.
+"""A run reports blocks that are called twice in a scan, for two robots, or not at all.
 
 Source: docs/explanation/scan-model.md, one scan.
 """
@@ -62,7 +62,10 @@ END_TYPE
 
 @pytest.fixture
 def build(build_cell: Callable[..., Cell], tmp_path: Path) -> Build:
-    """Return a cell after two scans of a program with this body. Its engine reports calls."""
+    """Return a cell after two scans of a program with this body.
+
+    Its engine reports calls.
+    """
 
     def built(body: str) -> Cell:
         file = tmp_path / "program.st"
@@ -82,7 +85,7 @@ def told(cell: Cell) -> list[str]:
 
 
 def test_calls_as_they_should_be_are_not_reported(build: Build) -> None:
-    """Calls in an order or number that depends on conditions are not reported either."""
+    """Correct calls are not reported, even if their order or number depends on conditions."""
     cell = build(
         f"{READ} IF Gate THEN {ORIGIN} ELSE {ORIGIN} END_IF; {POWER}\n"
         f"Station(Robot := Robots[k], Go := Go); {WRITE}"
@@ -126,7 +129,7 @@ def test_three_calls_are_counted(build: Build) -> None:
         ),
     ],
 )
-def test_areas_that_are_taken_twice_are_reported(build: Build, body: str, text: str) -> None:
+def test_area_blocks_called_twice_are_reported(build: Build, body: str, text: str) -> None:
     """A second call of an area block is reported, because Elapsed or a command would be wrong."""
     assert told(build(body)) == [text]
 
@@ -169,8 +172,13 @@ def test_a_block_that_is_left_out_while_it_is_busy_is_reported(build: Build) -> 
     assert told(cell) == [f"{at}: Origin {SKIPPED}"]
 
 
-def test_a_scan_that_leaves_out_the_robot_as_a_whole_is_no_skipped_block(build: Build) -> None:
-    """Without FB_WriteArea no turn is lost, as in a task that is slower than the others."""
+def test_a_scan_without_any_block_of_the_robot_is_not_reported(build: Build) -> None:
+    """If a scan skips all blocks of a robot, nothing is reported.
+
+    Without FB_WriteArea no turn is lost.
+
+    An example is a task that is slower than the others.
+    """
     cell = build(f"IF NOT Gate THEN {READ} {ORIGIN} {WRITE} END_IF;")
     cell["Main.Go"] = True
     cell.scan()
@@ -193,7 +201,7 @@ def test_blocks_inside_a_block_of_the_user_are_watched_each_by_itself(build: Bui
 
 
 def test_blocks_inside_blocks_of_the_library_are_not_judged(build: Build) -> None:
-    """FB_PowerUp calls its parts when it needs them."""
+    """Blocks inside blocks of the library are not judged: FB_PowerUp calls some only if needed."""
     cell = build(f"{READ} {POWER} IF Gate THEN {ORIGIN} END_IF; {WRITE}")
     cell["Main.Go"] = True
     cell.run("1s")

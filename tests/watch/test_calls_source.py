@@ -73,7 +73,10 @@ FIRST = len(HEAD.splitlines()) + 1
 
 @pytest.fixture
 def check(tmp_path: Path) -> Check:
-    """Return the findings of a body as `line text`; lines count from 1, `?` means possible."""
+    """Return the findings in a body as `line text`.
+
+    Lines count from 1; `?` marks a possible finding.
+    """
 
     def findings(*body: str) -> list[str]:
         library = sorted(LIBRARY.rglob("*.st"))
@@ -271,8 +274,8 @@ def test_only_what_the_source_leaves_open_is_watched(
         assert plan.blocks == {"FB_READAREA": 0, "FB_MOVEPTP": 0, "FB_WRITEAREA": 0}
 
 
-def test_the_plan_depends_on_which_files_are_the_users(tmp_path: Path) -> None:
-    """Files of the library are not checked, even if they are the same files."""
+def test_the_check_depends_on_which_files_belong_to_the_user(tmp_path: Path) -> None:
+    """Files of the library are not checked, even if the user's files are the same files."""
     file = _write(tmp_path, (READ, MOVE, MOVE, WRITE))
     library = sorted(LIBRARY.rglob("*.st"))
     assert call_plan([file], library).blocks
@@ -302,10 +305,10 @@ def test_the_shipped_examples_call_their_blocks_well() -> None:
 
 
 @pytest.mark.parametrize("made", [call_plan, steady_instances])
-def test_results_of_other_code_are_not_taken_from_the_cache(
+def test_cached_results_of_other_code_are_not_used(
     made: Callable[[Sequence[Path]], object], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: language/cache.py, whose own key knows of the engine's code alone."""
+    """Source: language/cache.py: its key contains only the code of the engine."""
     file = tmp_path / "Main.st"
     file.write_text("PROGRAM Main VAR X : INT; END_VAR X := 1; END_PROGRAM", encoding="utf-8")
     asked: list[Path] = []

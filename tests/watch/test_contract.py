@@ -1,4 +1,4 @@
-"""Tests break the contract of the blocks in every way, and the monitor reports it."""
+"""The monitor reports each violation of the pin contract of blocks."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ Build = Callable[..., Cell]
 
 @pytest.fixture
 def of_program(build_cell: Build, repository: Path, tmp_path: Path) -> Callable[[str], Cell]:
-    """Build the cell of a program, after two scans."""
+    """Return a cell of this program after two scans."""
 
     def built(name: str) -> Cell:
         file = repository / "tests" / "cell" / "programs" / name
@@ -38,7 +38,7 @@ def cell(of_program: Callable[[str], Cell]) -> Cell:
 
 @pytest.fixture
 def inside(of_program: Callable[[str], Cell]) -> Cell:
-    """Return a cell with level blocks, and blocks inside blocks."""
+    """Return a cell with blocks with Enable, and with blocks inside blocks."""
     return of_program("ContractInside.st")
 
 
@@ -87,8 +87,11 @@ def test_each_broken_clause_is_reported(cell: Cell, fault: int, finding: str) ->
     assert found[0].text.endswith(f": contract: Main.Steady: {finding}")
 
 
-def test_a_block_that_is_not_called_is_not_blamed(cell: Cell) -> None:
-    """Execute is TRUE and no output moves, so the call may have been skipped."""
+def test_a_block_that_is_not_called_is_not_reported(cell: Cell) -> None:
+    """A block that is not called is not reported.
+
+    Its outputs do not change while Execute is TRUE.
+    """
     cell["Main.Gated.Execute"] = True
     cell.scan(10)
     assert not cell.violations
@@ -219,8 +222,11 @@ class _Pins:
         return [one.text.rpartition(": ")[2] for one in self.monitor.scan(0, 0)]
 
 
-def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
-    """Checks made after the snapshot are discarded, such as the one that the pins were idle."""
+def test_an_end_shown_again_after_a_restore_must_not_last() -> None:
+    """After a restore, an end that is shown again must not stay for more than one scan.
+
+    The restore discards the state of checks made after the snapshot.
+    """
     pins = _Pins()
     assert pins.scan(True, False, True, False) == []
     assert pins.scan(False, False, True, False) == []
@@ -231,8 +237,11 @@ def test_an_end_that_a_restore_brings_back_may_not_stand_on() -> None:
     assert pins.scan(False, False, True, False) == found
 
 
-def test_pins_that_were_at_rest_before_a_restore_are_judged_after_it() -> None:
-    """After the restore, the pins go from Busy directly to idle, without an end."""
+def test_pins_that_were_idle_before_a_restore_are_judged_after_it() -> None:
+    """Pins that were idle before a restore are judged after it.
+
+    After the restore, the pins go from Busy directly to idle, without an end.
+    """
     pins = _Pins()
     assert pins.scan(True, True, False, False) == []
     kept: Any = pins.monitor.snapshot()

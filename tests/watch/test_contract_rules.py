@@ -26,7 +26,7 @@ def _kind(pin: str) -> ElementaryType:
 
 
 class _Pins:
-    """A program with one block B, in `Main` or inside a block `Outer` there."""
+    """A program with one block B, in `Main` or in a block `Outer` of `Main`."""
 
     engine = "made up"
 
@@ -53,7 +53,7 @@ class _Pins:
 def judge(
     scans: str, pins: str = EDGE, *, steady: bool = True, inner: bool = False
 ) -> list[tuple[int, str]]:
-    """Return the violations of a block, with the scan.
+    """Return the violations of a block, each with its scan.
 
     Args:
         scans: A word for each scan. A word has a letter for each pin that is TRUE: B Busy, D Done,
@@ -87,7 +87,7 @@ LEGAL = [
     "XEI XEI EI - -",
     "XB XBA XEI EI - XB XC XC C - -",
     "XB XBA B B XBA XD D -",  # an edge while busy is ignored
-    "XB D XB XD -",  # it may start again at once
+    "XB D XB XD -",  # the block may start again at once
     "XB XD XD - -",
     "XB XEI EI XD -",
 ]
@@ -164,8 +164,11 @@ def test_clauses_about_enable_need_a_certain_call(scans: str) -> None:
     assert judge(scans, LEVEL, steady=False) == []
 
 
-def test_a_block_in_a_block_may_be_called_twice_where_its_call_is_not_certain() -> None:
-    """The end of an inner block may pass within one scan, but not that of a program's block."""
+def test_an_inner_block_may_be_called_twice_if_its_call_is_not_certain() -> None:
+    """An inner block may be called twice in a scan, so its end may be missing.
+
+    A block that the program calls in every scan must show its end.
+    """
     assert judge("- XB B -", steady=False, inner=True) == []
     assert judge("- XB B -", steady=False) == [(3, FELL)]
 
@@ -216,8 +219,8 @@ def test_a_block_without_some_pins_is_judged_by_those_it_has() -> None:
     assert judge("- E E -", "Error") == [], "without ErrorID, any block may be meant"
 
 
-def test_a_block_that_another_only_refers_to_is_judged_where_it_is_declared() -> None:
-    """A VAR_IN_OUT has no pins of its own."""
+def test_a_block_passed_by_reference_is_judged_where_it_is_declared() -> None:
+    """A block passed as VAR_IN_OUT is judged only where it is declared."""
     block = BlockType(
         "FB_B", tuple(Variable(pin, _kind(pin), "VAR_INPUT") for pin in PLAIN.split())
     )

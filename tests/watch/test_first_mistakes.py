@@ -28,7 +28,7 @@ Check = Callable[..., list[str]]
 
 
 def of(call: str, robot: str) -> str:
-    """Return the call for another robot."""
+    """Return this call with the name of another robot."""
     return call.replace(":= Robot", f":= {robot}")
 
 
@@ -93,7 +93,7 @@ FIRST = len((STATION + HEAD).splitlines()) + 1
 def check(tmp_path: Path) -> Check:
     """Return the warnings of a body as `line text`; lines of the body count from 1.
 
-    A line before the body is given by its own text.
+    For a line before the body, its text replaces the number.
     """
     stubs = tmp_path / "stubs.st"
     stubs.write_text(STUBS)
@@ -119,7 +119,7 @@ def check(tmp_path: Path) -> Check:
     [
         (READ, SERVO, MOVE, WRITE),
         (READ, SERVO, MOVE.replace("Go", "Servo.Done"), WRITE),
-        (READ, BIT),  # it only reads
+        (READ, BIT),  # the block only reads
         (READ, "Ask(Robot := Robot, Execute := Go);", WRITE.split(", Em")[0] + ");"),
         (
             "ReadArea.Connected := Connected;",
@@ -131,9 +131,9 @@ def check(tmp_path: Path) -> Check:
         ),
         (STATIONS, WRITE),
         (of(READ, "Cell.Robot"), of(MOVE, "CELL.ROBOT"), of(WRITE, "Cell.robot")),
-        # The program chooses an index, which may be that of any robot.
+        # The index is a variable, so the robot is unknown.
         ("k := 1;", of(READ, "Robots[k]"), of(MOVE, "Robots[2]"), of(WRITE, "Robots[k]")),
-        # With a copy of a robot, it is unknown which requests are sent.
+        # With a copy of an RCX_REF, it is unknown which requests are sent.
         (READ, "Other := Robot;", of(MOVE, "Other"), "Robot := Other;", WRITE),
         ("IF Go THEN", READ, "END_IF;", MOVE, WRITE),
         ("Go := Connected;",),
@@ -237,7 +237,7 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
         ),
     ],
 )
-def test_a_first_mistake_is_named_with_its_line(
+def test_a_first_mistake_is_reported_with_its_line(
     check: Check, body: tuple[str, ...], findings: list[str]
 ) -> None:
     """Source: docs/how-to/testing.md, first mistakes."""
@@ -267,7 +267,7 @@ READ_OPEN = "ReadArea(Robot := Robot, Image := InputArea);"
 IN_OUTS = "VAR_IN_OUT Robot : RCX_REF; InputArea : RCX_IMAGE; END_VAR"
 INNER = f"FUNCTION_BLOCK FB_In {IN_OUTS} VAR_INPUT Connected : BOOL; END_VAR"
 INNER += f" VAR ReadArea : FB_ReadArea; END_VAR {READ} END_FUNCTION_BLOCK\n"
-#: Whole programs with less information in their source, or in the language of other tools.
+#: Whole programs whose sources are unclear, or which use the language of other tools.
 OTHERS = {
     "a pointer": f"PROGRAM Main {OWN} VAR P : POINTER TO RCX_REF; END_VAR P := ADR(Robot);"
     f"{of(READ, 'P^')} {MOVE} {of(WRITE, 'P^')} END_PROGRAM",
@@ -337,7 +337,7 @@ def test_mistakes_in_such_programs_are_found_if_the_source_is_clear(
 
 @pytest.fixture(scope="module")
 def cell_of_template(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str, str], Path]:
-    """Return a function that writes the template's program with a piece of its text replaced."""
+    """Return a function that writes the program of `rcx new` with a part of its text replaced."""
     folder = tmp_path_factory.mktemp("template")
 
     def write(old: str, new: str) -> Path:
@@ -352,10 +352,12 @@ def cell_of_template(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str,
     return write
 
 
-def test_check_and_run_warn_and_a_timeout_of_a_test_says_it(
+def test_check_run_and_a_timeout_of_a_test_print_the_warning(
     cell_of_template: Callable[[str, str], Path], capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Warnings do not change the exit code.
+    """`rcx check`, `rcx run` and the time-out of a test print the warning.
+
+    Warnings do not change the exit code.
 
     Source: docs/how-to/testing.md, first mistakes.
     """
@@ -374,7 +376,9 @@ def test_check_and_run_warn_and_a_timeout_of_a_test_says_it(
     assert [one.startswith(said) for one in warned] == [True]
 
 
-def test_the_template_itself_has_none(cell_of_template: Callable[[str, str], Path]) -> None:
+def test_the_program_of_the_template_has_no_first_mistake(
+    cell_of_template: Callable[[str, str], Path],
+) -> None:
     """Source: docs/how-to/testing.md, first mistakes."""
     folder = cell_of_template("PickAndPlace", "PickAndPlace")
     with Cell.build(folder, engine="builtin") as cell, pytest.raises(CellTimeout) as failed:

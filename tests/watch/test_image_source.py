@@ -53,7 +53,7 @@ END_FUNCTION_BLOCK
 
 
 class Way(NamedTuple):
-    """A way of the data from the scanner to FB_ReadArea."""
+    """A path of the data from the scanner to FB_ReadArea, and the declarations that it needs."""
 
     variables: str
     body: str = ""
@@ -171,10 +171,12 @@ def _cell(build_cell: Build, folder: Path, way: Way) -> Cell:
 
 
 @pytest.mark.parametrize("way", RUNS.values(), ids=RUNS.keys())
-def test_the_robots_image_is_read_whatever_the_variables_are_called(
+def test_the_image_of_the_robot_is_found_for_any_variable_names(
     build_cell: Build, tmp_path: Path, way: Way
 ) -> None:
-    """SO(01) CPU_OK is bit 1 of byte 32, and the command's code is in bytes 0 and 1.
+    """The process image of the robot is found, whatever the names of its variables are.
+
+    SO(01) CPU_OK is bit 1 of byte 32. The command code is in bytes 0 and 1.
 
     Source: manual chapter 5, 1 and 2
     """
@@ -193,7 +195,7 @@ def test_the_robots_image_is_read_whatever_the_variables_are_called(
     ]
 )
 @pytest.mark.parametrize(("way", "text"), WARNED.values(), ids=WARNED.keys())
-def test_a_program_that_overwrites_its_image_is_warned_with_its_line(
+def test_a_program_that_overwrites_its_image_gets_a_warning_with_its_line(
     build_cell: Build, tmp_path: Path, way: Way, text: str
 ) -> None:
     """Source: docs/reference/files.md, the process image."""

@@ -1,4 +1,4 @@
-"""A program that writes the area itself breaks every rule of the wire."""
+"""Programs that write the area without the library break each rule of the wire."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rcx_harness import Cell, RobotConfig
 from rcx_harness.watch.wire import WireMonitor
 
 Build = Callable[..., Cell]
-#: Variables of the program to set, and the time to run after that.
+#: Variables to set in the program, and the time to run afterwards.
 Steps = list[tuple[dict[str, int], str]]
 
 #: SI(00), SI(01), SI(06) in byte n+32; SI(15) in byte n+33.
@@ -29,7 +29,7 @@ def cell(raw_cell: Build) -> Cell:
 
 
 def found(cell: Cell, side: str) -> list[str]:
-    """Return the rules that one side has reported as broken, in order."""
+    """Return the broken rules that PLC or controller has reported, in order."""
     return [one.rule for one in cell.violations if one.text.startswith(side)]
 
 
@@ -97,7 +97,9 @@ HELD = "while the status read was 16#0100; held until 16#0200 or 16#4000 is read
 def test_a_broken_rule_is_reported_by_both_sides(
     raw_cell: Build, steps: Steps, plc: list[str], robot: list[str]
 ) -> None:
-    """Dedicated inputs need 100 ms between changes; code and data are held until the end.
+    """Both monitors, of PLC and controller, report each broken rule.
+
+    Dedicated inputs need 100 ms between changes; code and data are held until the end.
 
     Source: manual chapter 5, 1, note 1; 3.1, caution; guide chapter 1, 1.1, note; chapter 2,
     steps 1 and 2.
@@ -115,7 +117,7 @@ def test_a_broken_rule_is_reported_by_both_sides(
 
 
 def test_a_code_without_ready_status_is_reported_by_both_sides(cell: Cell) -> None:
-    """Remote commands can be run only in command ready status.
+    """A code without the ready status is reported by the monitors of PLC and controller.
 
     Source: guide chapter 1, 1.2, code 0x0000.
     """
@@ -144,7 +146,7 @@ def test_a_whole_handshake_breaks_no_rule(cell: Cell) -> None:
 
 
 def test_a_continuous_output_may_be_ended_by_the_status_reset(cell: Cell) -> None:
-    """In continuous output mode the command stops at 0x0000 while the status is 0x0100.
+    """A continuous output may be ended by the status reset, while its status is 0x0100.
 
     Source: guide 4.7.4.
     """
@@ -159,7 +161,10 @@ def test_a_continuous_output_may_be_ended_by_the_status_reset(cell: Cell) -> Non
 
 
 def test_writes_without_a_link_are_not_judged(cell: Cell) -> None:
-    """After recovery, the first image is accepted as it is."""
+    """Writes without a link are not judged.
+
+    After recovery, the first image is accepted as it is.
+    """
     cell["Main.Bits0"] = SI00
     cell.run("100ms")
     cell.inject("link_down")
@@ -173,8 +178,11 @@ def test_writes_without_a_link_are_not_judged(cell: Cell) -> None:
     assert not cell.violations
 
 
-def test_a_code_from_before_the_loss_of_the_link_is_not_judged_after_it() -> None:
-    """A code from before a loss is not checked: the controller may have executed it or not."""
+def test_a_code_sent_before_the_loss_of_the_link_is_not_judged_after_it() -> None:
+    """A code sent before a loss of the link is not judged after it.
+
+    The controller may have executed it or not.
+    """
     ready, rest = bytearray(48), bytes(48)
     ready[32] = 0x02  # SO(01)
     move = MOVE.to_bytes(2, "little") + bytes(46)

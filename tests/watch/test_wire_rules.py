@@ -1,4 +1,4 @@
-"""Traces that break a rule of the wire are reported under it; similar legal traces are not.
+"""Traces that break a rule of the wire are reported with this rule; similar legal traces are not.
 
 The traces are scans as a PLC reads and writes them. Expected results follow from the manual:
 chapter 5, 1 to 3 (dedicated inputs), guide chapter 1, 1.1 and 1.2 (remote commands).
@@ -98,7 +98,7 @@ def bits(*changes: tuple[float, int]) -> tuple[Scan, ...]:
         ),
     ],
 )
-def test_two_changes_too_near_break_the_interval_alone(
+def test_two_changes_within_100_ms_break_only_the_interval_rule(
     changes: tuple[tuple[float, int], ...], finding: str
 ) -> None:
     """Source: manual chapter 5, 3, caution: 100 ms or more, for the same or different inputs."""
@@ -121,10 +121,11 @@ def test_changes_100_ms_apart_break_nothing(changes: tuple[tuple[float, int], ..
 
 
 @pytest.mark.parametrize("safety", [SI00, SI06])
-def test_a_safety_switch_off_is_free_but_restarts_the_interval(safety: int) -> None:
-    """SI(15) changes 60 ms after the switch-off, which is too early.
+def test_switching_a_safety_input_off_is_exempt_but_restarts_the_interval(safety: int) -> None:
+    """Switching a safety input OFF is exempt from the interval but restarts it.
 
-    The last change of SI(15) itself is 110 ms ago.
+    SI(15) changes 60 ms after the switch-off, which is too early, although its own last change was
+    110 ms ago.
 
     Source: manual chapter 5, 3, caution: also between different dedicated inputs.
     """
@@ -159,8 +160,10 @@ WAIT = "wait until no stop is requested"
 
 
 @pytest.mark.parametrize(("name", "bit"), STARTS.items())
-def test_a_start_while_a_stop_input_is_off_is_a_rule_of_its_own(name: str, bit: int) -> None:
-    """The stop was requested long before, or in the scan of the start itself.
+def test_a_start_while_a_stop_input_is_off_breaks_its_own_rule(name: str, bit: int) -> None:
+    """A start while a stop input is OFF breaks its own rule.
+
+    The stop was requested long before, or in the scan of the start.
 
     Source: manual chapter 5, 3.2: not executed if emergency stop or stop input are OFF.
     """
@@ -209,8 +212,10 @@ def test_a_stop_after_a_start_and_a_start_that_stays_are_no_starts_against_it() 
 @pytest.mark.parametrize(
     ("byte", "bit"), [(32, 2), (32, 3), (32, 4), (32, 5), (32, 7), (33, 1), (33, 3)]
 )
-def test_each_reserved_bit_is_reported_when_it_comes_on(byte: int, bit: int) -> None:
-    """The bit does not count for an interval. Clearing it breaks no rule.
+def test_each_reserved_bit_is_reported_when_it_turns_on(byte: int, bit: int) -> None:
+    """A reserved bit is reported when it turns ON. It does not affect the interval.
+
+    Turning it OFF breaks no rule.
 
     Source: manual chapter 5, 1, note 1.
     """
@@ -243,7 +248,7 @@ def test_general_purpose_bytes_may_be_anything_at_any_time() -> None:
 
 
 @pytest.mark.parametrize("byte", range(2, 32))
-def test_each_data_byte_must_be_there_a_scan_before_the_code(byte: int) -> None:
+def test_each_data_byte_must_be_written_a_scan_before_the_code(byte: int) -> None:
     """Source: guide chapter 1, 1.1, note."""
     data = {byte: 1}
     assert judge(Scan(0), Scan(10, data=data), Scan(20, code=1, data=data)) == []
@@ -278,8 +283,11 @@ def test_code_and_data_are_held_until_the_end(status: int) -> None:
 
 
 @pytest.mark.parametrize("end", [END, FAILED])
-def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
-    """The next status may already differ. Each end counts once."""
+def test_after_its_end_a_command_may_be_withdrawn_in_that_scan_or_later(end: int) -> None:
+    """After its end was read, a command may be withdrawn in this scan or later.
+
+    The next status may already differ. Each end applies to one command.
+    """
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
     assert judge(*out, Scan(30, status=end)) == []
     held = Scan(30, code=0x0101, status=end)
@@ -292,8 +300,8 @@ def test_after_its_end_a_command_may_go_in_that_scan_or_later(end: int) -> None:
     assert monitor.commands == 2
 
 
-def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
-    """A withdrawn command is not counted, even if its end is read without a code."""
+def test_a_command_withdrawn_before_its_end_is_not_counted() -> None:
+    """A command that is withdrawn before its end is not counted, even if its end is read later."""
     monitor = WireMonitor()
     out = (Scan(0), Scan(10, code=0x0101), Scan(20, code=0x0101, status=RUN))
     play(monitor, *out, Scan(30, status=RUN), Scan(40, status=END), Scan(50))
@@ -301,8 +309,8 @@ def test_a_command_that_is_taken_back_before_its_end_is_not_counted() -> None:
 
 
 @pytest.mark.parametrize("status", [READY, RUN])
-def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> None:
-    """The end of an earlier command, even a running one, does not end the hold of the next."""
+def test_the_end_of_an_earlier_command_does_not_release_the_next(status: int) -> None:
+    """The end of an earlier command does not end the hold of the next command."""
     before = (Scan(0), Scan(10, code=0x0101), Scan(15, code=0x0101, status=status))
     after = (*before, Scan(20, status=END), Scan(30), Scan(40, code=0x0102))
     assert judge(*after, Scan(50)) == [
@@ -311,8 +319,8 @@ def test_the_end_of_the_command_before_does_not_free_the_next(status: int) -> No
     ]
 
 
-def test_a_command_that_is_lost_may_be_taken_back() -> None:
-    """CPU_OK turned OFF, or 0x0100 became 0x0000.
+def test_a_lost_command_may_be_withdrawn() -> None:
+    """A lost command may be withdrawn: CPU_OK turned OFF, or the status 0x0100 became 0x0000.
 
     Source: guide chapter 1, 1.2.
     """
@@ -324,7 +332,7 @@ def test_a_command_that_is_lost_may_be_taken_back() -> None:
 
 
 @pytest.mark.parametrize("code", [0x0505, 0x0506, 0x1505, 0x4506])
-def test_only_a_continuous_output_under_way_may_be_ended_by_the_status_reset(code: int) -> None:
+def test_only_a_running_continuous_output_may_be_ended_by_the_status_reset(code: int) -> None:
     """Source: guide 4.7.4."""
     on = {2: 1}
     out = (Scan(0, data=on), Scan(10, code=code, data=on))
@@ -338,7 +346,7 @@ def test_only_a_continuous_output_under_way_may_be_ended_by_the_status_reset(cod
 
 
 @pytest.mark.parametrize("status", [RUN, END, FAILED])
-def test_a_code_goes_out_at_the_status_0000_only(status: int) -> None:
+def test_a_code_may_be_sent_only_at_status_0000(status: int) -> None:
     """Source: guide chapter 1, 1.2, code 0x0000."""
     text = f"the code 16#0001 went out while the status read was 16#{status:04X}; expected 16#0000"
     assert judge(Scan(0), Scan(10, code=1)) == []
@@ -349,7 +357,9 @@ def test_a_code_goes_out_at_the_status_0000_only(status: int) -> None:
 def test_a_code_that_follows_another_without_the_reset_is_not_ready(
     data: dict[int, int] | None,
 ) -> None:
-    """Code and data may change after the end. The error is that the code was not reset.
+    """A code that follows another one without a status reset breaks the rule "ready before code".
+
+    Code and data may change after the end, but the code must be 0 first.
 
     Source: guide chapter 2, steps 5 and 6.
     """

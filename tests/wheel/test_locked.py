@@ -1,4 +1,7 @@
-"""requirements/ locks the packages that `make` installs: versions and hashes for each Python."""
+"""The files in requirements/ lock the packages that `make` installs, for each Python version.
+
+They contain the version and the hashes of each package.
+"""
 
 from __future__ import annotations
 
@@ -24,7 +27,7 @@ def _entries(file: Path) -> list[str]:
 
 
 def _pins(file: Path, python: str) -> dict[str, str]:
-    """Return the locked versions for this Python, by the packages' names."""
+    """Return a dictionary of package names to the versions that are locked for this Python."""
     environment = {"python_version": python, "python_full_version": f"{python}.9"}
     found: dict[str, str] = {}
     for entry in _entries(file):
@@ -36,7 +39,7 @@ def _pins(file: Path, python: str) -> dict[str, str]:
 
 
 def _asked(pyproject: dict[str, Any], extra: str = "dev") -> list[Requirement]:
-    """Return the requirements of the package: to build it, to run it, and for an extra."""
+    """Return all requirements in pyproject.toml: to build, to run, and those of the named extra."""
     project = pyproject["project"]
     asked = [*pyproject["build-system"]["requires"], *project["dependencies"]]
     extras = [extra]
@@ -62,8 +65,11 @@ def test_every_entry_is_one_version_with_its_hashes_and_names_no_index(
 
 
 @pytest.mark.parametrize("python", _PYTHONS)
-def test_the_lock_is_that_of_the_pyproject(repository: Path, python: str) -> None:
-    """If a dependency is new or has another range, run `make lock`."""
+def test_the_locked_versions_match_the_pyproject(repository: Path, python: str) -> None:
+    """Each dependency in pyproject.toml is locked at a version in its range.
+
+    If this test fails after a change of a dependency, run `make lock`.
+    """
     pins = _pins(repository / "requirements/dev.txt", python)
     environment = {"python_version": python, "python_full_version": f"{python}.9"}
     for one in _asked(load_toml(repository / "pyproject.toml")):

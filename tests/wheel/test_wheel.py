@@ -43,7 +43,7 @@ def _call(command: list[str], folder: Path, environment: dict[str, str]) -> str:
 
 
 def _own(environment: dict[str, str]) -> dict[str, str]:
-    """Return the environment without variables that would lead back into the repository."""
+    """Return the environment without variables that make Python import from the repository."""
     return {
         name: value
         for name, value in environment.items()
@@ -116,7 +116,7 @@ def test_without_the_repository_the_demo_ends_as_in_the_readme(
     with ZipFile(wheel) as archive:
         archive.extractall(site)
     environment = _own(dict(os.environ)) | {"PYTHONPATH": str(site), "PYTHONUTF8": "1"}
-    environment |= {"PATH": "", "COLUMNS": "100"}  # as in the README: no other engine, this width
+    environment |= {"PATH": "", "COLUMNS": "100"}  # as the README: one engine, 100 columns
     printed = _call([sys.executable, "-m", "rcx_harness", "demo"], tmp_path, environment)
     last = "".join(printed.splitlines(keepends=True)[-3:])
     assert f"-->\n```text\n{last}```\n" in (repository / "README.md").read_text(encoding="utf-8")

@@ -1,1 +1,1 @@
-"""The bridge of `rcx bridge`: it connects a PLC with Modbus TCP and an EtherNet/IP controller."""
+"""The bridge of `rcx bridge`. It connects a PLC with Modbus TCP to an EtherNet/IP controller."""

@@ -1,10 +1,10 @@
-"""Decide in each exchange what the bridge sends to PLC and robot, without sockets and clock.
+"""The decisions of the bridge: data for PLC and robot in each exchange, without sockets or clock.
 
-The PLC's words are sent to the robot only while both sides are connected. After any loss the words
-are sent again only when the PLC has shown that it has noticed the loss. Until then the robot
-receives zeros: SI(00) and SI(06) OFF stop the robot like a lost connection (manual chapter 1, 5),
-but within one packet. The connection stays open and shows the robot's state. The words are in the
-PLC's holding registers.
+The words in the PLC's holding registers are sent to the robot only while both sides are connected.
+After a loss the robot receives zeros until the PLC has shown that it has noticed the loss. Zeros
+mean SI(00) and SI(06) OFF, which stop the robot like a lost connection (manual chapter 1, 5), but
+within one packet. The connection to the robot stays open, so that the robot's state remains
+visible.
 """
 
 from __future__ import annotations
@@ -37,12 +37,12 @@ written. The number is even, so that no double word of the area is divided."""
 
 
 def words_of(area: bytes) -> tuple[int, ...]:
-    """Return the words of an area: byte 2k is the low half of word k (manual chapter 1, 4.1)."""
+    """Convert an area to words; byte 2k is the low half of word k (manual chapter 1, 4.1)."""
     return struct.unpack(f"<{len(area) // 2}H", area)
 
 
 def area_of(words: Sequence[int]) -> bytes:
-    """Return the bytes of an area with these words; each word is 0 to 65535."""
+    """Convert words, each 0 to 65535, to the bytes of an area."""
     return struct.pack(f"<{len(words)}H", *words)
 
 
@@ -67,7 +67,7 @@ class Registers:
     size: int = SIZE
 
     def __post_init__(self) -> None:
-        """Raise InputError if size and registers are wrong."""
+        """Raise InputError if the size or a register is invalid."""
         check_size(self.size)
         for name, first in (("--read", self.read), ("--write", self.write)):
             if not 0 <= first <= _LAST - self.words:
@@ -87,14 +87,15 @@ class Registers:
         return self.size // 2
 
     def text(self, first: int) -> str:
-        """Return `0 to 24`: the registers of an area, with the register that follows."""
+        """Return the registers of an area and the register after it as text, such as `0 to 24`."""
         return f"{first} to {first + self.words}"
 
     def parts(self, first: int) -> Iterator[tuple[int, int]]:
-        """Yield first register and number of each request for an area and the word that follows it.
+        """Yield the first register and the number of registers of each request for an area.
 
-        With 48 bytes one request is enough, so all words come from the same scan of the PLC. With
-        256 bytes the first request contains all words but the last few.
+        The requests include the register after the area. With 48 bytes one request is enough, so
+        all words come from the same scan of the PLC. With 256 bytes a second request has the last
+        few words.
         """
         end = first + self.words + 1
         for start in range(first, end, _AT_ONCE):
@@ -102,14 +103,14 @@ class Registers:
 
 
 _CODE, _DEDICATED = 0, 16
-"""Words that the PLC must have cleared: the remote command's code, and SI(00) to SI(17)."""
+"""The words that the PLC must clear after a loss: the command code, and SI(00) to SI(17)."""
 _LAST_LIFE = 0xFFFF
 _SCANS = 2
-"""Number of heartbeats after which a whole scan of the PLC has read the written data."""
+"""Number of heartbeats that prove that a whole scan of the PLC has used the written data."""
 
 
 class State(str, Enum):
-    """The state of the bridge: the reason why it waits, or RUN."""
+    """The state of the bridge: RUN, or the kind of reason why it waits."""
 
     NO_PLC = "no PLC"
     STANDING = "the PLC's program stands still"
@@ -136,7 +137,7 @@ class Limits:
 
 @dataclass(frozen=True)
 class PlcSeen:
-    """An answer of the PLC; the PLC has also accepted the previous write.
+    """The data that the PLC has returned. The PLC has also accepted the previous write.
 
     Attributes:
         asked_us: Time of the request, in microseconds of the clock of `Bridge.step`.
@@ -149,7 +150,7 @@ class PlcSeen:
 
 @dataclass(frozen=True)
 class Lost:
-    """A side of the bridge that cannot be reached, with the reason in words."""
+    """The loss of a side of the bridge, with the reason in words."""
 
     reason: str
 
@@ -193,13 +194,14 @@ class Bridge:
         self._beat_us = 0
         self._beats = 0
         self._zero_us: int | None = None
-        """Time since which the PLC has known that it is not connected."""
+        """Time at which the PLC accepted the zeros after a loss [us]; None: not yet."""
 
     def step(self, now_us: int, plc: PlcSeen | Lost, robot: bytes | Lost) -> Actions:
         """Evaluate both sides once and return the outputs.
 
-        `plc` is also `Lost` if the last write to the PLC failed. `robot` is the latest area from
-        the robot while its packets arrive. `now_us` must never go back.
+        `plc` is the answer of the PLC; it is `Lost` if the last read or write failed. `robot` is
+        the latest area from the robot; it is `Lost` if no packets arrive. `now_us` must never go
+        back.
         """
         self._watch_plc(now_us, plc)
         state, reason = self._judge(now_us, plc, robot)
@@ -213,19 +215,19 @@ class Bridge:
         return Actions(self._nothing, words_of(self._nothing), 0, state, reason)
 
     def _watch_plc(self, now_us: int, plc: PlcSeen | Lost) -> None:
-        """Track the PLC's heartbeat, and the time since which the PLC's registers have been zero.
+        """Track the PLC's heartbeat, and the time at which the PLC accepted the zeros.
 
-        The first answer after a loss is ignored, because the bridge has not written yet. The next
-        answer proves that the zeros were accepted; heartbeats are counted from there.
+        The first answer after a loss is ignored, because the bridge has not written yet. The second
+        answer proves that the PLC has accepted the zeros. From then on heartbeats are counted.
         """
         if isinstance(plc, Lost):
             self._beat = self._zero_us = None
             return
-        if self._beat is None:  # the first answer has no earlier answer to compare with
+        if self._beat is None:  # the first answer has no previous heartbeat
             self._beat, self._beat_us = plc.beat, now_us
             return
         if self._zero_us is None and self._state is not State.RUN:
-            # The PLC has answered after the bridge wrote zeros, so it has accepted them.
+            # The PLC has answered after the bridge wrote zeros, so the PLC has accepted the zeros.
             self._zero_us, self._beats = now_us, 0
         elif plc.beat != self._beat:
             self._beats += 1
@@ -235,9 +237,9 @@ class Bridge:
     def _judge(self, now_us: int, plc: PlcSeen | Lost, robot: bytes | Lost) -> tuple[State, str]:
         """Return the new state and its reason.
 
-        The first of these faults counts: no answer of the PLC, a gap between two requests that is
-        too long, a heartbeat that stands still, no robot. Without a fault, a running bridge
-        continues; a waiting bridge must first complete the handshake of `_clearing`.
+        The faults are checked in this order: no answer of the PLC, a gap between two requests that
+        is too long, a heartbeat that does not change, no robot. Without a fault, a running bridge
+        continues. A waiting bridge must first complete the handshake of `_clearing`.
         """
         if isinstance(plc, Lost):
             return State.NO_PLC, plc.reason

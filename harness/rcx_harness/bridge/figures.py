@@ -46,7 +46,7 @@ class Figures:
             self._kept.append((ended_us, took_us))
 
     def look(self, now_us: int) -> Rate:
-        """Return the statistics at `now_us`, a time of the same clock."""
+        """Return the statistics at `now_us`; the clock is the clock of `ended_us`."""
         with self._lock:
             kept = list(self._kept)
         if not kept:
@@ -67,12 +67,12 @@ _LONG_US = 1_000_000
 
 
 def state_text(state: State, reason: str) -> str:
-    """Return state and reason, as `no PLC: 127.0.0.1:502: no answer within 100 ms`."""
+    """Return state and reason as text, such as `no PLC: 127.0.0.1:502: no answer within 100 ms`."""
     return f"{state.value}: {reason}" if reason else state.value
 
 
 def plc_text(rate: Rate) -> str:
-    """Return the figures of the PLC's side: exchanges a second, round trip, age of its data."""
+    """Return a text of the PLC's side: exchanges per second, round trip times, age of the data."""
     if rate.age_us is None:
         return "PLC: no exchange yet"
     if rate.age_us > _LONG_US:
@@ -84,7 +84,7 @@ def plc_text(rate: Rate) -> str:
 
 
 def robot_text(look: tuple[ScannerStatistics, int | None] | None) -> str:
-    """Return the figures of the robot's side: packets a second, their interval, age of data."""
+    """Return a text of the robot's side: packets per second, intervals, age of the data."""
     seen, age_us = look or (None, None)
     if seen is None or age_us is None:
         return "robot: no packet yet"
@@ -99,7 +99,7 @@ def robot_text(look: tuple[ScannerStatistics, int | None] | None) -> str:
 
 
 def figures_text(rate: Rate, look: tuple[ScannerStatistics, int | None] | None) -> str:
-    """Return the figures of both sides in one line."""
+    """Return the texts of both sides in one line."""
     return f"{plc_text(rate)}; {robot_text(look)}"
 
 

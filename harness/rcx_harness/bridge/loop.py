@@ -1,4 +1,4 @@
-"""The cyclic exchange: read the PLC, read the robot, decide, write both."""
+"""The cyclic exchange: read the PLC and the robot, decide, and write to both of them."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ __all__ = ["Loop", "RobotLink"]
 
 _RETRY_US = 500_000
 _VALID_GAPS = 2
-"""If the loop writes no new data for this many times `gap_us`, the packets to the robot end: the
-bridge's process hangs, so the outputs of the PLC are unknown."""
+"""If the loop writes no new data for this multiple of `gap_us`, the packets to the robot end. The
+bridge's process then hangs, so the outputs of the PLC are unknown."""
 
 
 class RobotLink(PersistentConnection):
@@ -125,5 +125,6 @@ class Loop:
             self._on_state(actions.state, actions.reason)
 
 
-#: States in which a new reason is reported; in the other states only a counter in it changes.
+#: The states in which a new reason is reported. In all other states only a number in the reason
+#: changes.
 _REASONS_COUNT = (State.NO_PLC, State.NO_ROBOT, State.CLEARING)

@@ -67,12 +67,12 @@ class PlcLink:
         return self._client.connected
 
     def connect(self) -> None:
-        """Connect if there is no connection."""
+        """Connect to the PLC if there is no TCP connection."""
         if self.connected:
             return
         try:
             made = socket.create_connection(self._address, self._connect_s)
-        # also raised for a bad port or host name
+        # A bad port or host name also raises one of these errors.
         except (OSError, OverflowError, UnicodeError) as error:
             raise PlcError(f"no Modbus TCP connection to {self.name}: {error}") from None
         # Requests are small segments. Nagle's algorithm would delay them by 40 ms.

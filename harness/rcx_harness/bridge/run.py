@@ -1,4 +1,4 @@
-"""The course of `rcx bridge`: connect both sides, exchange data, show the state, end with zeros."""
+"""The steps of `rcx bridge`: connect both sides, exchange data, show the state, end with zeros."""
 
 from __future__ import annotations
 
@@ -42,7 +42,7 @@ class BridgeOptions:
     """The options of `rcx bridge`.
 
     Attributes:
-        address: Address of this machine towards the controller; empty: the system chooses.
+        address: Local address of the connection to the controller; empty: the system chooses.
         period_us: Time from one exchange with the PLC to the next, in microseconds.
         rpi_us: Packet interval to and from the controller, in microseconds.
         wait: Whether the bridge starts even if one side does not answer yet.
@@ -112,7 +112,7 @@ class Running(Closing):
         self.robot.close()
 
     def _first_contact(self) -> None:
-        """Connect both sides once; raise InputError if that fails, except with `wait`."""
+        """Connect both sides once; if a side fails without `wait`, raise InputError."""
         try:
             self._plc.connect()
             self._plc.read()
@@ -149,7 +149,7 @@ class Running(Closing):
 
 
 def bridge(options: BridgeOptions) -> int:
-    """Bridge until SIGINT or SIGTERM.
+    """Run the bridge until SIGINT or SIGTERM.
 
     Returns:
         0 after a signal, 1 if the exchange has ended unexpectedly.
@@ -178,7 +178,7 @@ def _announce(options: BridgeOptions) -> None:
 
 
 def _show(running: Running, stop: threading.Event, options: BridgeOptions) -> bool:
-    """Show the state until `stop` is set; return whether a thread has ended by itself before."""
+    """Show the state until `stop` is set; return True early if a thread has ended unexpectedly."""
     console = Console()
     start_s = shown_s = running.start_s
     live = console.is_terminal and not options.quiet
@@ -213,7 +213,7 @@ def news_lines(
     *,
     quiet: bool,
 ) -> list[str]:
-    """Return changes of state with their times; if there are too many, return only some of them."""
+    """Return lines with the changes of state and their times; limit the number of lines."""
     shown = [one for one in news if not quiet or one[1] not in (State.RUN, State.CLEARING)]
     lines = []
     for happened_s, state, reason in shown:

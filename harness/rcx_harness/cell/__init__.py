@@ -13,7 +13,8 @@ __all__ = ["EVENTS", "Cell", "CellTimeout"]
 def __getattr__(name: str) -> Any:
     """Import a public name on first use.
 
-    Callers that only collect sources do not need the robot, so they do not load it.
+    A program that only collects sources does not need the robot. So the robot is not imported for
+    such a program.
     """
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

@@ -23,12 +23,12 @@ __all__ = ["Areas", "Robots", "make_agenda", "make_link", "make_members", "make_
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 
-#: Largest offset in a process image.
+#: The largest offset of an area in a process image [bytes].
 _LAST_BYTE = 0xFFFFFF
 
-#: Properties of a robot, a robot file, or a sequence of these.
+#: The robots of a cell: properties of a robot, a robot file, or a sequence of both.
 Robots = RobotConfig | str | Path | None | Sequence[RobotConfig | str | Path]
-#: Offset of the robot's area in bytes; or the offsets of several robots.
+#: The offset of a robot's area in bytes, or the offsets of the areas of several robots.
 Areas = int | Sequence[int]
 
 
@@ -37,7 +37,7 @@ def make_robot(
 ) -> Controller:
     """Return a controller made from its properties or from a robot file.
 
-    If the robot does not specify a size, the size of the PLC's areas is used.
+    If the properties contain no size, the size of the PLC's areas is used.
     """
     if size is not None:
         check_size(size)
@@ -53,7 +53,7 @@ def make_robot(
 
 
 def several(robots: Robots) -> Sequence[RobotConfig | str | Path | None]:
-    """Return the robots as a sequence, even if only one robot is given."""
+    """Return the robots as a sequence; a single robot becomes a sequence of length 1."""
     if robots is None or isinstance(robots, (RobotConfig, str, Path)):
         return [robots]
     return robots
@@ -101,10 +101,13 @@ def make_members(
 
 
 def _begins(name: str, given: Areas, sizes: Sequence[int]) -> list[int]:
-    """Return the offset of each robot's area; an area without a given offset follows the last."""
+    """Return the offset of each robot's area.
+
+    Without a given offset, an area follows the last area.
+    """
     begins = list(given) or [0] if isinstance(given, Sequence) else [given]
     for begin in begins:
-        # negative offsets are refused later, by find_image
+        # find_image later rejects negative offsets
         whole(name, begin, -_LAST_BYTE, _LAST_BYTE)
     if len(begins) > len(sizes):
         raise InputError(f"{len(begins)} offsets {name} are given for {len(sizes)} robot(s)")
@@ -129,11 +132,11 @@ def make_agenda(link: str, connect: Elsewhere | None = None) -> Agenda:
 
 
 def make_link(name: str, size: int, timing: Timing) -> Link:
-    """Return the link called `"direct"`, `"enip"` or `"enip-realtime"`."""
+    """Create the link named `"direct"`, `"enip"` or `"enip-realtime"`."""
     if name == "direct":
         return DirectLink(size)
     if name == "enip":
-        # the network is imported only if it is used
+        # import the network only if it is used
         from rcx_harness.enip.links import LockstepLink
 
         return LockstepLink(size)

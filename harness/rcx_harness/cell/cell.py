@@ -43,20 +43,20 @@ __all__ = ["EVENTS", "Cell", "CellTimeout"]
 if TYPE_CHECKING:
     from rcx_harness.cell.elsewhere import Elsewhere
 
-#: Events for `Cell.inject` and for a stimulus, each with a line of help.
+#: Maps each event of `Cell.inject` and of a stimulus to a line of help.
 EVENTS: dict[str, str] = {**SURROUNDINGS, **ROBOT_EVENTS}
 
-#: The largest seed that a cell accepts. It exceeds the largest first seed of a command, because a
-#: campaign counts up from its first seed.
+#: The largest seed that a cell accepts. It is larger than the largest seed that a command accepts,
+#: because a campaign counts up from that seed.
 _SEED = 2**64
 
 
 class CellTimeout(BenchTimeout):
-    """The error of a test if the condition that it waits for is not true in time."""
+    """The error for a condition that does not become true within the time of a test."""
 
 
 def _keep() -> None:
-    """Do nothing: the caller has compiled the program, and may use it again after the cell."""
+    """Do not close the program, because the caller has compiled it and may use it again."""
 
 
 class _Snapshot(NamedTuple):
@@ -317,7 +317,7 @@ class Cell(Bench):
         return self._node(controller).network
 
     def stop_plc(self, *, power: bool = False) -> None:
-        """Put the PLC into STOP or switch its power off: no scan runs, and its connections end."""
+        """Put the PLC into STOP or switch it off. No scan runs, and the PLC's connections end."""
         for network in self._networks():
             network.set_plc(False)
         super().stop_plc(power=power)
@@ -339,7 +339,7 @@ class Cell(Bench):
         super().start_plc(start)
 
     def change_interval(self, rpi_us: int) -> None:
-        """Change the packet interval [us] from now on."""
+        """Change the packet interval of a controller [us] from now on."""
         self.timing = self.timing.with_rpi(rpi_us)
         for network in self._networks():
             network.change_interval(self.timing)
@@ -354,19 +354,19 @@ class Cell(Bench):
         return found
 
     def give_area(self, area: bytes | None, connected: bool = True, *, controller: int = 1) -> None:
-        """Let the PLC read these bytes from its next scan on, instead of a controller's answer.
+        """From the next scan on, let the PLC read `area` instead of a controller's answer.
 
         Args:
             area: The first bytes of the PLC's input area; further bytes are 0. None: the
                 controller's answer.
-            connected: The connection status that the PLC's scanner shows while the PLC reads such
-                bytes.
+            connected: The connection status that the PLC's scanner shows while the PLC reads the
+                bytes of `area`.
             controller: The number of the controller, from 1.
         """
         self._node(controller).give_area(area, connected)
 
     def check_near(self) -> None:
-        """Raise InputError if a controller is external: it supports neither events nor hold."""
+        """Raise InputError if a controller is external, and so supports neither events nor hold."""
         if any(node.far for node in self._nodes):
             hint = "leave events, hold and release out"
             raise InputError(
@@ -402,7 +402,7 @@ class Cell(Bench):
         return [(node.link.size, node.m, node.n) for node in self._nodes]
 
     def exchanged(self) -> list[tuple[bytes, bytes]]:
-        """Return for each controller what the PLC has read and written in the last scan."""
+        """Return for each controller the areas that the PLC read and wrote in the last scan."""
         return [node.exchanged for node in self._nodes]
 
     @property
@@ -417,7 +417,7 @@ class Cell(Bench):
 
     @contextmanager
     def trying(self) -> Iterator[None]:
-        """At the end of the context, undo all changes that were made inside it; no time passes."""
+        """Undo all changes of the `with` block at its end; no virtual time passes in the block."""
         before = [robot.snapshot() for robot in self.robots]
         try:
             with super().trying():
@@ -428,7 +428,7 @@ class Cell(Bench):
 
     @contextmanager
     def trial_of_program(self) -> Iterator[None]:
-        """At the end of the context, undo all scans of the program that were run inside it."""
+        """Undo all scans of the program in the `with` block at its end."""
         before = self.program.snapshot()
         with self._calls.apart():
             try:
@@ -437,7 +437,7 @@ class Cell(Bench):
                 self.program.restore(before)
 
     def ends_scan(self, record: object) -> bool:
-        """Return whether a record of the trace is the first record of a scan."""
+        """Return whether a record of the trace is the first of the records of a scan."""
         return isinstance(record, Scan) and record.controller == 1
 
     # --- state -------------------------------------------------------------------------------

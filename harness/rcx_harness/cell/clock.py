@@ -27,7 +27,7 @@ SHORTEST_RPI_US, LONGEST_RPI_US = 1_000, 3_200_000
 
 
 class Kind(IntEnum):
-    """The kinds of occurrences, in the order in which they happen at equal times."""
+    """The kinds of events on the virtual clock, in the order in which they run at equal times."""
 
     STIMULUS = agenda.STIMULUS
     CYCLE = 1
@@ -45,7 +45,7 @@ class Timing:
         rpi_us: Requested packet interval, the same in both directions.
         jitter_us: Greatest delay of a packet; the order of the packets does not change.
         timeout_us: Time after the last packet at which a side considers the connection lost.
-        phases: First occurrence of each clock, in the order of `PHASES`.
+        phases: Time of the first event of each clock, in the order of `PHASES`.
     """
 
     scan_us: int
@@ -97,7 +97,7 @@ class Timing:
         return cls(scan_us, rpi_us, jitter_us, timeout_us, drawn)
 
     def with_rpi(self, rpi_us: int) -> Timing:
-        """Return the same timing with another packet interval."""
+        """Return a copy of the timing with another packet interval."""
         return replace(self, rpi_us=whole("rpi_us", rpi_us, SHORTEST_RPI_US, LONGEST_RPI_US))
 
 

@@ -1,7 +1,7 @@
 """Coverage of the robot's own programs: the lines and branches that run in a cell.
 
 If coverage is requested (`counting`), each controller of a new cell gets an observer that counts.
-It changes nothing, so a run with coverage has the same trace.
+The observer changes no state, so a run with coverage has the same trace.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ class Plan(NamedTuple):
 
     Attributes:
         size: Number of counters.
-        branches: The branches, with lines of the file.
-        ways: Two counters for each instruction with branches, by its position. The first counts how
-            often the condition holds, the second how often it does not hold. -1: the counter of the
-            first instruction in the branch is used instead.
+        branches: The branches of the program, with line numbers of the file.
+        ways: Maps the position of an instruction with branches to the indices of two counters. The
+            first counter counts how often the condition holds, the second how often it does not
+            hold. -1: the counter of the first instruction in the branch is used instead.
     """
 
     size: int
@@ -44,7 +44,7 @@ class Plan(NamedTuple):
 
 
 def count_programs(controllers: Sequence[Controller]) -> None:
-    """Count in the programs of these controllers from now on, if coverage is requested."""
+    """If coverage is requested, count the instructions of these controllers from now on."""
     collector = collecting()
     if collector is None:
         return
@@ -77,7 +77,7 @@ def _text(task: RobotTask, plan: Plan) -> dict[str, Any]:
 
 
 def _reasons(lines: dict[int, str]) -> dict[int, str]:
-    """Return the reasons of comments `' unreachable: reason` by the lines that they explain.
+    """Return the reasons in comments `' unreachable: reason`, by the line that a comment explains.
 
     A comment in a line of its own explains the next line that is not a comment.
     """
@@ -96,15 +96,15 @@ class _Counter:
 
     def __init__(self, robot: Controller, counted: dict[str, tuple[Plan, CountedText]]) -> None:
         self._robot, self._counted = robot, counted
-        self._before: dict[int, int] = {}  # by task: the instruction that it has executed last
+        self._before: dict[int, int] = {}  # maps a task to its last instruction
 
     def begins(self, task: RobotTask, at: int) -> None:
-        """Count an instruction."""
+        """Count the execution of an instruction."""
         if found := self._counted.get(task.program.name):
             found[1].counters[at] += 1
 
     def ends(self, task: RobotTask, at: int, to: int) -> None:
-        """Count the branch that was taken."""
+        """Count the branch that a task has taken at the end of an instruction."""
         found, one = self._counted.get(task.program.name), task.code.code[at]
         before, self._before[task.number] = self._before.get(task.number, -1), at
         if found is None or at not in found[0].ways or to not in (NEXT, one.jump):
@@ -113,7 +113,7 @@ class _Counter:
         held = self._holds(task, one, to)
         counter = holds if held else fails
         if one.kind == "for_test" and not held and before > at:
-            return  # the loop has run at least once, and ends
+            return  # the loop has already run, so its end is not a branch
         if counter >= 0:
             found[1].counters[counter] += 1
 
@@ -133,7 +133,7 @@ class _Counter:
 
 
 def plan_of(program: Program, offset: int = 0) -> Plan:
-    """Return the counters of a program that begins in line `offset` + 1 of the file.
+    """Plan the counters of a program that begins in line `offset` + 1 of its file.
 
     Branches are: the conditions of IF, ELSEIF and WHILE; each CASE of a SELECT; whether a FOR with
     variable limits runs at least once; whether a WAIT with a time limit ends in time.
@@ -163,7 +163,7 @@ def plan_of(program: Program, offset: int = 0) -> Plan:
 
 
 def _ways(program: Program, at: int, one: Instruction) -> Iterator[tuple[int, int, str]]:
-    """Yield each branch of an instruction: 0 (the condition holds) or 1, target and text."""
+    """Yield each branch of an instruction: 0 (condition true) or 1 (false), target and text."""
     text = program.texts[one.line - 1].partition("'")[0].strip() if program.texts else one.kind
     if one.kind == "unless":
         yield 0, at + 1, f"{text}: true"
@@ -183,7 +183,7 @@ def _ways(program: Program, at: int, one: Instruction) -> Iterator[tuple[int, in
 
 
 def _constant(assignments: Sequence[Instruction]) -> bool:
-    """Return whether the first value, the limit and the step of a FOR are constant numbers."""
+    """Return whether first value, limit and step of a FOR are constants, so that it always runs."""
     values = (one.args[1] for one in assignments)
     signless = (one.args[0] if one.kind == "negative" else one for one in values)
     return all(one.kind == "number" for one in signless)
@@ -195,7 +195,7 @@ def _begin_of(one: Instruction, at: int) -> int:
 
 
 def _case_follows(program: Program, one: Instruction) -> bool:
-    """Return whether this is a CASE that another CASE of the same SELECT follows."""
+    """Return whether the instruction is a CASE and another CASE of the same SELECT follows."""
     if one.kind != "case" or one.jump >= len(program.code):
         return False
     other = program.code[one.jump]
@@ -203,7 +203,7 @@ def _case_follows(program: Program, one: Instruction) -> bool:
 
 
 def _reached_alone(program: Program) -> set[int]:
-    """Return the positions that are reached from exactly one other instruction."""
+    """Return the positions that exactly one other instruction can reach."""
     count = [0] * (len(program.code) + 1)
     count[0] += 1
     for at, one in enumerate(program.code):

@@ -1,6 +1,6 @@
-"""The scanner's connection to an external controller (`rcx serve` or a real controller).
+"""The connection of a cell to an external controller (`rcx serve` or a real controller).
 
-With such a connection the cell simulates only the PLC, in real time.
+With an external controller, the cell simulates only the PLC, in real time.
 """
 
 from __future__ import annotations
@@ -23,16 +23,16 @@ from structured_text.output.units import format_us
 
 __all__ = ["NAME", "Elsewhere", "FarLink"]
 
-#: The name of the link of a cell with an external controller.
+#: The name of the link that a cell with an external controller has.
 NAME = "enip-connect"
 
 _LOOK_S, _REOPEN_S = 0.01, 0.1
-#: The wait for the last packets, which carry zeros, ends after this number of packet intervals, or
-#: after this time [s] if it is longer.
+#: Time limit of the wait for the last packets, which carry zeros: this number of packet intervals,
+#: or this time [s] if it is longer.
 _LAST_INTERVALS, _LAST_S = 4, 0.1
 #: If the program writes no outputs for this number of scans, the packets to the robot end.
 _WATCHDOG_SCANS = 4
-#: Options that a hint after a refused connection may name.
+#: The options that the hint for a refused connection may name.
 _OPTIONS = ("--size", "--rpi", "--config-instance", "--config-data", "--input-instance")
 
 
@@ -45,7 +45,8 @@ class Elsewhere:
     """The address of an external controller and the parameters of the connection.
 
     Attributes:
-        configuration: Configuration instance to name, None for no instance.
+        configuration: Configuration instance in the connection path; None: the path names no
+            instance.
         address: IPv4 address of this machine to send from; empty: chosen by the route to the host.
         tell: Function that is called with the cell's time [us] and a line when the connection is
             opened or lost.
@@ -67,7 +68,7 @@ class Elsewhere:
 
 
 class FarLink:
-    """The PLC's end of a connection to an external controller."""
+    """The PLC's end of the connection to an external controller."""
 
     name = NAME
 
@@ -94,16 +95,16 @@ class FarLink:
         self._valid_us = max(timing.timeout_us, _WATCHDOG_SCANS * timing.scan_us)
 
     def open(self) -> None:
-        """Open the connection, and from then on reopen it after every loss.
+        """Open the connection, and open it again after every loss.
 
         Raises:
-            InputError: the controller does not answer, or it refuses.
+            InputError: the controller does not answer, or refuses the connection.
         """
         self.connection.opener.open()
         self.connection.opener.start(_LOOK_S, _REOPEN_S)
 
     def network(self, agenda: Agenda, *, matched: bool) -> FarNetwork:
-        """Return the network of this link; its packets do not use the agenda."""
+        """Return the network of this link. The packets are real, so they do not use the agenda."""
         del agenda, matched
         return FarNetwork(self)
 
@@ -139,7 +140,8 @@ class FarLink:
         self.connection.write(bytes(self.size), None)
         before, patience_s = self._sent(), _LAST_INTERVALS * self.timing.rpi_us / 1e6
         until_s = time.monotonic() + max(patience_s, _LAST_S)
-        # Wait for two packets: the first may have been sent before the zeros were written.
+        # Wait for two packets, because the first packet may have been sent before the zeros were
+        # written.
         while self._sent() < before + 2 and time.monotonic() < until_s:
             time.sleep(self.timing.rpi_us / 4e6)
 
@@ -163,17 +165,17 @@ class FarNetwork:
         self._link.open()
 
     def set_cable(self, up: bool) -> None:
-        """Do nothing: the cable is a real one."""
+        """Do nothing, because the network cable is real."""
 
     def set_adapter(self, up: bool) -> None:
-        """Do nothing: the cell does not control the power of the controller."""
+        """Do nothing, because the cell does not control the power of an external controller."""
 
     def robot_connected(self, now_us: int) -> bool:
-        """Return `plc_connected`, because the status at the controller's end is unknown."""
+        """Return the status at the PLC's end, because the controller's own status is unknown."""
         return self.plc_connected(now_us)
 
     def plc_connected(self, now_us: int) -> bool:
-        """Return whether packets arrive: the status that a PLC's scanner shows."""
+        """Return whether packets arrive, which is the status that a PLC's scanner shows."""
         received = self._link.connection.received()
         if isinstance(received, str):
             self._tell(now_us, received)
@@ -194,7 +196,7 @@ class FarNetwork:
         raise InputError("an external controller has no snapshot", hint="leave out --connect")
 
     def restore(self, snapshot: Any) -> None:
-        """Raise InputError, as `snapshot` does."""
+        """Raise InputError, because there is no snapshot of an external controller."""
         self.snapshot()
 
     def _tell(self, now_us: int, text: str) -> None:

@@ -40,7 +40,7 @@ def sources_of(
     only_needed: bool = False,
     prefix: str | None = None,
 ) -> parts.Sources:
-    """Read and check the library and a user's files, as `export` does before it writes them."""
+    """Read and check the library and a user's files for an export."""
     folder = default_lib() if lib is None else lib
     names = library_names(lib)
     return parts.sources_of(folder, program, only_needed=only_needed, prefix=prefix, names=names)

@@ -1,4 +1,4 @@
-"""The process image of a program: two arrays, or located variables."""
+"""The process image of a program, which consists of two arrays or of located variables."""
 
 from __future__ import annotations
 
@@ -76,14 +76,14 @@ def _arrays(program: Program) -> tuple[str, str] | None:
 def owner_of_areas(program: Program) -> str:
     """Return the path of the block, structure or list with both areas; empty if there is none.
 
-    It is also empty if a PROGRAM declares the areas.
+    The path is also empty if a PROGRAM declares the areas.
     """
     found = _elsewhere(program)
     return found[0].rpartition(".")[0] if found is not None else ""
 
 
 def _elsewhere(program: Program) -> tuple[str, str] | None:
-    """Find both areas in the same block, structure or list of variables; the outermost is first.
+    """Find both areas in one block, structure or variable list; the outermost has priority.
 
     A PROGRAM in TIA Portal has no permanent variables, and users of other tools often declare wired
     variables in a global list.
@@ -139,7 +139,7 @@ class ArrayImage:
 
     @property
     def slots(self) -> list[Slot]:
-        """Return the elements of the array."""
+        """Return the elements of the array `InputArea` as slots."""
         kind = self._program.type_of(self._source)
         assert isinstance(kind, ArrayType)
         width, low = 2 if _is_words(kind) else 1, kind.bounds[0][0]
@@ -151,7 +151,7 @@ class ArrayImage:
         ]
 
     def put(self, area: bytes, connected: bool = True) -> None:
-        """Write the area from the robot; bytes outside of it do not change."""
+        """Write the area from the robot into the array; bytes outside of the area do not change."""
         self._program.write_bytes(self._source, area, self._m)
 
     def get(self) -> bytes:
@@ -170,11 +170,12 @@ class LocatedImage:
 
     An index counts elements of its own width, as on OpenPLC: `%IW3` is bytes 6 and 7, `%ID1` bytes
     4 to 7, `%IX5.2` bit 2 of byte 5. Bytes without a variable read as zero. With `%M` and `%Q` the
-    word behind the inputs is the bridge's life word. It changes in each scan. Without a connection
-    it is 0, and so is the whole area.
+    word behind the inputs is the bridge's life word. The life word changes in each scan. Without a
+    connection the life word and the whole area are 0.
 
-    If an area has offset 0 but no row of variables begins there, the only row that is long enough
-    is used, because tools assign addresses such as `%IB100`.
+    A row is a group of variables with consecutive addresses. If an area has offset 0 but no row
+    begins at address 0, the only row that is long enough is used, because tools assign addresses
+    such as `%IB100`.
     """
 
     def __init__(
@@ -234,7 +235,7 @@ def _slot(item: Located) -> tuple[str, Slot]:
 
 
 def _begin(slots: list[Slot], offset: int, size: int) -> int:
-    """Return the first byte of an area: its offset, or the start of the only row long enough."""
+    """Return the address of an area: its offset, or the start of the only long enough row."""
     rows: list[list[int]] = []
     for slot in sorted(slots, key=lambda one: one.start):
         if not slot.width:
@@ -247,7 +248,7 @@ def _begin(slots: list[Slot], offset: int, size: int) -> int:
 
 
 def _within(slots: list[Slot], name: str, offset: int, size: int) -> list[Slot]:
-    """Return the variables inside the area, with starts relative to its first byte."""
+    """Return the variables inside an area, with addresses relative to its first byte."""
     inside = [
         slot._replace(start=slot.start - offset)
         for slot in slots
@@ -290,7 +291,7 @@ def _value(slot: Slot, area: bytes) -> object:
 
 
 def store(area: bytearray, slot: Slot, value: Any) -> None:
-    """Write the value of a variable into an area; the variable's bits there must be 0 before."""
+    """Write the value of a variable into an area, in which its bits must be 0 before the call."""
     end = slot.start + slot.width
     if slot.width == 0:
         area[slot.start] |= int(value) << slot.bit
@@ -305,6 +306,7 @@ _FLOATS = {"REAL": "<f", "LREAL": "<d"}
 _SIGNED = ("SINT", "INT", "DINT", "LINT")
 
 #: The robot's two areas in the program's process image. `slots` are the variables that receive the
-#: area from the robot. If `bridged`, a bridge writes the image, and without a connection the area
-#: is 0. `life_path` is the path of the bridge's life word; empty without such a variable.
+#: area from the robot. With `bridged`, `rcx bridge` writes the image, and the area is 0 without a
+#: connection. `life_path` is the path of the bridge's life word; it is empty without such a
+#: variable.
 Image = ArrayImage | LocatedImage

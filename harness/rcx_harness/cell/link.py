@@ -19,7 +19,7 @@ from structured_text.bench.agenda import Agenda
 __all__ = ["BOTH", "DirectLink", "Link", "Network", "OwnNetwork", "PacketNetwork", "make_network"]
 
 _TO_ROBOT, _TO_PLC = 0, 1
-#: Both directions of packets: to the robot, to the PLC.
+#: The two directions of packets: to the robot, to the PLC.
 BOTH = (_TO_ROBOT, _TO_PLC)
 
 #: Shortest time in which a scanner reopens a connection.
@@ -30,7 +30,7 @@ _REOPEN_US = 100_000
 class Link(Protocol):
     """The two assemblies of the adapter, as seen from the scanner and from the robot.
 
-    Images are exactly `size` bytes. A link has no time: the cell decides when a packet is produced
+    Images are exactly `size` bytes. A link has no clock. The cell decides when a packet is produced
     and when it arrives.
     """
 
@@ -54,7 +54,7 @@ class Link(Protocol):
 
 
 class Network(Protocol):
-    """The interface between a cell and a network; `PacketNetwork` explains the methods."""
+    """The interface of a network to its cell; `PacketNetwork` documents the methods."""
 
     @property
     def input(self) -> bytes: ...  # noqa: D102
@@ -78,10 +78,10 @@ class Network(Protocol):
 
 @runtime_checkable
 class OwnNetwork(Protocol):
-    """A link that has its own network instead of `PacketNetwork`."""
+    """A link with its own implementation of `Network`, which replaces `PacketNetwork`."""
 
     def network(self, agenda: Agenda, *, matched: bool) -> Network:
-        """Return the network of the link in a cell; `PacketNetwork` explains `matched`."""
+        """Return the network of the link; `PacketNetwork` documents the argument `matched`."""
 
 
 def make_network(
@@ -104,19 +104,19 @@ class DirectLink:
         self._to_master = bytes(size)
 
     def scanner_write(self, image: bytes) -> None:
-        """Set assembly 150."""
+        """Set assembly 150, which goes to the robot."""
         self._to_robot = bytes(image)
 
     def scanner_read(self) -> bytes:
-        """Return assembly 100."""
+        """Return assembly 100, which comes from the robot."""
         return self._to_master
 
     def robot_read(self) -> bytes:
-        """Return assembly 150."""
+        """Return assembly 150, which comes from the PLC."""
         return self._to_robot
 
     def robot_write(self, image: bytes) -> None:
-        """Set assembly 100."""
+        """Set assembly 100, which goes to the PLC."""
         self._to_master = bytes(image)
 
     def close(self) -> None:
@@ -126,12 +126,13 @@ class DirectLink:
 class PacketNetwork:
     """Cyclic packets in both directions over one connection.
 
-    Packets flow while the cable is plugged in and the robot's adapter is on; an interruption also
-    drops the packets under way. A side considers the connection lost when no packet has arrived for
-    `Timing.timeout_us`. The adapter also loses the connection when the adapter is switched off.
-    After one side has lost the connection, no packet flows until the second side has also lost it
-    and the scanner has opened a new connection. This takes at least 100 ms and a scan, so each side
-    notices that the connection was lost. Before the first packet both images are zero.
+    Packets flow while the cable is plugged in and the robot's adapter is on. An interruption also
+    drops packets that were sent but have not arrived. A side considers the connection lost when no
+    packet has arrived for `Timing.timeout_us`. The adapter also loses the connection when the
+    adapter is switched off. After one side has lost the connection, no packet flows until the
+    second side has also lost it and the scanner has opened a new connection. The new connection is
+    opened after at least 100 ms and a scan, so each side notices the loss. Before the first packet
+    both images are zero.
 
     Args:
         matched: Whether master and robot have areas of the same size; otherwise there is no
@@ -164,7 +165,7 @@ class PacketNetwork:
         """The last image that the PLC has received."""
 
     def start(self, content: Callable[[], bytes]) -> None:
-        """Produce packets from now on; packets to the robot carry the result of `content`."""
+        """Start to produce packets; packets to the robot carry the result of `content`."""
 
         def to_robot(now_us: int) -> None:
             self.produce_to_robot(now_us, content)
@@ -188,7 +189,7 @@ class PacketNetwork:
             self._epoch += 1
 
     def set_adapter(self, up: bool) -> None:
-        """Switch the robot's adapter on or off, when its controller has booted or loses power."""
+        """Switch the robot's adapter on or off, because the controller has booted or lost power."""
         if up != self._adapter:
             self._adapter = up
             if not up:
@@ -201,12 +202,12 @@ class PacketNetwork:
             self._lose(_TO_PLC)
 
     def disturb(self, kind: str, direction: int, share: float, by_us: int = 0) -> None:
-        """Let `share` of a direction's packets be `lost`, `late` or `doubled` from now on.
+        """Disturb a `share` of a direction's packets from now on: `lost`, `late` or `doubled`.
 
-        A late packet, and the second packet of a doubled one, arrive up to `by_us` later; the order
+        A late packet arrives up to `by_us` later, as does the copy of a doubled packet. The order
         of the packets does not change. The disturbance of a packet depends only on the seed and on
-        its time. If a disturbance is removed from a run, the part before it therefore stays the
-        same.
+        its time. If a disturbance is removed from a run, the run before the disturbance therefore
+        does not change.
         """
         if share:
             self._faults[kind, direction] = (share, by_us)
@@ -215,7 +216,7 @@ class PacketNetwork:
 
     @property
     def disturbed(self) -> dict[str, int]:
-        """Return how many packets `disturb` has `lost`, delayed (`late`) and `doubled`."""
+        """Return the number of packets that were `lost`, `late` and `doubled` by `disturb`."""
         return dict(self._hits)
 
     def change_interval(self, timing: Timing) -> None:
@@ -227,11 +228,11 @@ class PacketNetwork:
         return self._alive(_TO_ROBOT, now_us)
 
     def plc_connected(self, now_us: int) -> bool:
-        """Return whether the PLC still receives packets: the status that its scanner shows."""
+        """Return whether the PLC still receives packets, which its scanner shows as its status."""
         return self._alive(_TO_PLC, now_us)
 
     def scanned(self, image: bytes) -> None:
-        """Do nothing: the outputs of the scan are sent with the next packet."""
+        """Do nothing, because the next packet carries the outputs of the scan."""
 
     def produce_to_robot(self, now_us: int, content: Callable[[], bytes]) -> None:
         """Send the current output image of the PLC's scanner."""
@@ -263,7 +264,7 @@ class PacketNetwork:
         self._random.setstate(random)
 
     def _flows(self, now_us: int) -> bool:
-        """Return whether there is a connection; open a new connection if possible."""
+        """Return whether PLC and robot are connected; first open a new connection if possible."""
         if not (self._matched and self._cable and self._adapter and self._plc):
             return False
         # A lost connection is reopened only after both sides have noticed the loss. Otherwise one
@@ -305,7 +306,7 @@ class PacketNetwork:
             self._queue(self._due[direction], direction, content)
 
     def _hit(self, kind: str, direction: int, now_us: int) -> int | None:
-        """Return the delay [us] (at least 1) if the packet at this time is disturbed; else None."""
+        """Draw whether to disturb a packet; return its delay [us] (at least 1), or None if not."""
         share, by_us = self._faults.get((kind, direction), (0.0, 0))
         key = f"{kind} {direction} {now_us} {self._seed}".encode()
         draw = (int.from_bytes(blake2b(key, digest_size=4).digest(), "big") + 1) / 2**32
@@ -317,8 +318,9 @@ class PacketNetwork:
     def _send_on(self, direction: int, now_us: int, content: bytes) -> None:
         jitter_us = self._timing.jitter_us
         if not jitter_us and now_us > self._due[direction]:
-            # No other packet is under way, and without jitter nothing can happen between sending
-            # and arrival. The packet can be delivered at once, which saves an entry in the agenda.
+            # No other packet waits for its delivery, and without jitter no event can come between
+            # sending and arrival. So deliver the packet at once, which saves an entry in the
+            # agenda.
             self._due[direction] = now_us
             self._arrive(direction, now_us, content)
             return

@@ -1,4 +1,4 @@
-"""Runs in real time: the packets of a real cyclic connection, and an agenda that waits.
+"""Real-time runs of a cell: an agenda that waits for the clock, and a real cyclic connection.
 
 The cell still counts its own time in whole microseconds and calls PLC and controller in the usual
 order. It waits for the clock of this computer before each event, because other processes send the
@@ -27,7 +27,8 @@ from structured_text.output.units import format_us
 
 __all__ = ["LiveNetwork", "RealTimeAgenda", "RealTimeLink"]
 
-#: After a shorter delay the cell catches up; after a longer delay its time is set back [us].
+#: The longest delay of this computer after which the cell catches up [us]. After a longer delay the
+#: cell's time is stopped.
 _LATE_US = 5_000
 _LOOK_S = 0.01
 _REOPEN_S = 0.1
@@ -54,7 +55,7 @@ class RealTimeAgenda(Agenda):
 
     @property
     def notice(self) -> str:
-        """Return a line about the delays of this computer; empty if it was never late."""
+        """Return a line about the delays of this computer; empty if the computer was never late."""
         if not self.stalls:
             return ""
         times = "once" if self.stalls == 1 else f"{self.stalls} times"
@@ -110,17 +111,17 @@ class RealTimeLink(AdapterLink):
         self._opener.start(_LOOK_S, _REOPEN_S)
 
     def network(self, agenda: Agenda, *, matched: bool) -> LiveNetwork:
-        """Return the network of this link; its packets do not use the agenda."""
+        """Return the network of this link. The packets are real, so they do not use the agenda."""
         del agenda
         return LiveNetwork(self, matched=matched)
 
     def want(self, connection: bool) -> None:
-        """Request that the connection is open (True) or closed."""
+        """Request that the connection is opened and kept open (True), or closed (False)."""
         self._opener.wanted = connection
 
     @property
     def failure(self) -> str:
-        """Return which process has ended by itself, and how; empty while all run."""
+        """Describe the process that has ended unexpectedly; empty while all processes run."""
         return self.adapter.failure or self.scanner.failure
 
     def scanner_write(self, image: bytes) -> None:
@@ -143,7 +144,7 @@ class RealTimeLink(AdapterLink):
 
 
 class LiveNetwork:
-    """The implementation of `rcx_harness.cell.link.Network` for packets in real time.
+    """The implementation of `rcx_harness.cell.link.Network` with real packets in real time.
 
     Args:
         matched: Whether master and robot have areas of the same size; otherwise no connection is
@@ -162,7 +163,7 @@ class LiveNetwork:
         return self._link.scanner_read()
 
     def start(self, content: Callable[[], bytes]) -> None:
-        """Do nothing: the processes of scanner and adapter send at their own interval."""
+        """Do nothing, because the processes of scanner and adapter send packets by themselves."""
 
     def set_cable(self, up: bool) -> None:
         """Plug or unplug the cable."""
@@ -180,7 +181,7 @@ class LiveNetwork:
         return self._matched and self._link.shared.owner is OwnerState.RUN
 
     def plc_connected(self, now_us: int) -> bool:
-        """Return whether the PLC still receives packets: the status that its scanner shows."""
+        """Return whether the PLC still receives packets, which its scanner shows as its status."""
         return self._link.scanner.read().connected
 
     def scanned(self, image: bytes) -> None:
@@ -194,11 +195,11 @@ class LiveNetwork:
         self._link.scanner_write(image)
 
     def snapshot(self) -> object:
-        """Raise InputError: packets under way on a real network cannot be saved."""
+        """Raise InputError, because packets on a real network cannot be saved."""
         raise InputError("a run in real time has no snapshot", hint="use the link direct or enip")
 
     def restore(self, snapshot: Any) -> None:
-        """Raise InputError, as `snapshot` does."""
+        """Raise InputError, because there is no snapshot of a run in real time."""
         self.snapshot()
 
     def _switch(self) -> None:

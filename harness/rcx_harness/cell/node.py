@@ -29,7 +29,7 @@ Report = Callable[[Iterable[Violation]], None]
 class Member(NamedTuple):
     """A controller with its link and the offsets of its areas in the process image, in bytes.
 
-    A `far` controller is external: `robot` only represents its size and never runs.
+    If `far` is set, the controller is external. Then `robot` only has its size and never runs.
     """
 
     robot: Controller
@@ -43,7 +43,8 @@ class Node:
     """A controller in a cell, with its network and its share of the PLC's process image.
 
     Args:
-        number: From 1; trace and violations contain the numbers of all controllers but the first.
+        number: Number of the controller, from 1. Trace and violations contain the number only if it
+            is not 1.
         report: Function that is called with the violations.
         clear: Whether the PLC's inputs are 0 without a connection.
         positions: Unit of the positions in the trace; empty: positions are not recorded.
@@ -117,12 +118,12 @@ class Node:
         return self._so, self.image.get()
 
     def begin_anew(self) -> None:
-        """Reset the monitor after a start of the PLC; earlier outputs no longer count."""
+        """Reset the monitor after a start of the PLC, so that earlier outputs no longer count."""
         commands, self.wire = self.wire.commands, WireMonitor(self.link.size)
         self.wire.commands = commands
 
     def give_area(self, area: bytes | None, connected: bool) -> None:
-        """Let the PLC read these bytes from its next scan on; None: the controller's answer."""
+        """Let the PLC read `area` from its next scan on; None: the controller's answer again."""
         if area is not None and not isinstance(area, (bytes, bytearray)):
             raise InputError(f"area is {area!r:.40}, not bytes")
         if area is not None and len(area) > self.link.size:
@@ -169,7 +170,7 @@ class Node:
         return None if self._stood == before else self._stood
 
     def _set(self) -> tuple[dict[str, Any], ...] | None:
-        """Return the poses of the robots (apart from positions) if they have changed; else None."""
+        """Return the settings for the robots' appearance if they have changed; else None."""
         before, self._posed = self._posed, tuple(poses(self.robot))
         is_new = self._posed != before and bool(before or any(self._posed))
         return self._posed if is_new else None
@@ -181,9 +182,10 @@ class Node:
 
 
 def status_path(program: Program, number: int) -> str | None:
-    """Return `Main.Connected`, or `Main.Connected2` for controller 2, if a program has such a BOOL.
+    """Return the path of a program's connection status, such as `Main.Connected`.
 
-    Otherwise return the BOOL of that name in the block with the areas; None without such a BOOL.
+    The status is a BOOL named `Connected`, or `Connected2` for controller 2. The function searches
+    the PROGRAMs first, then the block with the areas. It returns None if there is no such BOOL.
     """
     wanted = "connected" if number == 1 else f"connected{number}"
     for name, kind in program.instances().items():

@@ -13,7 +13,7 @@ from structured_text.projects.sources import Files, SourceFiles
 
 __all__ = ["blame_lib", "default_lib", "library_folder", "library_names", "source_files"]
 
-#: The file with the names that a library declares; it is in the parent of the library's folder.
+#: The file with the names that a library declares, in the parent of the library's folder.
 _NAMES = "library.toml"
 _PACKAGE = Path(__file__).resolve().parents[1]
 
@@ -58,8 +58,8 @@ def library_names(lib: str | Path | None = None) -> Names:
 def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
     """Return an error about an unknown name, with a hint about the library.
 
-    The hint is a block of the library with a similar name. If the library of `--lib` lacks a name
-    that the library of this package declares, the hint is `--lib`.
+    The hint names a block of the library with a similar name. If only the library of this package
+    declares the name, but not the library of `--lib`, the hint is to leave out `--lib`.
     """
     missing = re.match(r"there is no (?:type|function) (\w+)|(\w+) is not declared", error.message)
     if missing is None or error.hint.startswith("did you mean"):
@@ -80,6 +80,6 @@ def blame_lib(error: InputError, lib: str | Path | None) -> InputError:
 
 
 def default_lib() -> Path:
-    """Return the repository's `plc/lib`, or the copy in an installed package."""
+    """Return the folder of the library: `plc/lib` of the repository, or its installed copy."""
     repository = _PACKAGE.parents[1] / "plc" / "lib"
     return repository if repository.is_dir() else _PACKAGE / "_data" / "plc" / "lib"

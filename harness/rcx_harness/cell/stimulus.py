@@ -21,7 +21,7 @@ from structured_text.output.units import parse_us
 
 __all__ = ["KEYS", "ROBOT", "Entry", "Stimulus", "entry_text", "stimulus_text"]
 
-#: Value of the key `area` with which the PLC reads the controller's own answer again.
+#: The value of the key `area` that lets the PLC read the controller's own answer again.
 ROBOT = "robot"
 #: Keys that an entry of a stimulus file may have.
 KEYS = (
@@ -36,16 +36,16 @@ class Entry(stimulus.Entry):
     """One `[[at]]` table of a stimulus file.
 
     Attributes:
-        hold: Outputs of the controller that are frozen.
-        release: Outputs that follow the controller again.
-        force: Outputs that are forced to these values.
+        hold: Outputs of the controller that are held at their current values.
+        release: Outputs whose hold or force ends, so that the controller determines them again.
+        force: Maps an output to the value to which it is forced.
         workpieces: Position [pulses] of a workpiece that stops PUSH, by the number of an axis of
             the controller, from 1; None removes the workpiece.
         area: The bytes that the PLC reads from now on instead of the controller's answer; missing
             bytes are 0. `ROBOT`: the controller's answer again. None: no change.
-        connected: The connection status that the PLC's scanner shows while the PLC reads such
-            bytes.
-        controller: Number of the controller for everything but `values`, from 1.
+        connected: The connection status that the PLC's scanner shows while the PLC reads the bytes
+            of `area`.
+        controller: Number of the controller, from 1, to which all keys except `values` apply.
     """
 
     keys = KEYS
@@ -62,7 +62,7 @@ class Entry(stimulus.Entry):
 
     @classmethod
     def events_of(cls, table: Mapping[str, Any]) -> list[tuple[str, Mapping[str, Any]]]:
-        """Return the events of a table."""
+        """Return the events of an `[[at]]` table, each with its arguments."""
         names = {one: one for one in EVENTS if not one.startswith(PLC)}
         of_plc = [one.removeprefix(PLC) for one in PLC_EVENTS]
         elsewhere = {k: f'write plc = "{one}"' for one in of_plc for k in (one, PLC + one)}
@@ -71,7 +71,7 @@ class Entry(stimulus.Entry):
 
     @classmethod
     def more_of(cls, table: Mapping[str, Any]) -> dict[str, Any]:
-        """Return the attributes that concern a controller."""
+        """Return those attributes of an `[[at]]` table that apply to a controller."""
         return {
             "hold": _names(table, "hold"),
             "release": _names(table, "release"),
@@ -83,7 +83,7 @@ class Entry(stimulus.Entry):
         }
 
     def end(self, t_us: int) -> Entry:
-        """Return the entry that undoes values and events."""
+        """Return the entry that undoes the values and events of this entry at `t_us`."""
         return replace(super().end(t_us), controller=self.controller)
 
     def apply(self, cell: Cell) -> None:
@@ -104,7 +104,10 @@ class Entry(stimulus.Entry):
             cell.give_area(area, self.connected, controller=self.controller)
 
     def attempt(self, cell: Cell) -> None:
-        """Check that the entry can be applied. The check sets the values of the entry."""
+        """Check that the entry can be applied.
+
+        The check changes values, so the caller must undo it.
+        """
         self.set_values(cell)
         if self.controller > len(cell.robots):
             raise InputError(
@@ -203,9 +206,9 @@ def _names(table: Mapping[str, Any], key: str) -> tuple[str, ...]:
 
 
 def stimulus_text(entries: Iterable[Entry], about: str = "") -> str:
-    """Return the text of a stimulus file with these entries, one line each.
+    """Return the text of a stimulus file with a line for each entry.
 
-    The entries are in order of time; `about` becomes a comment at the beginning.
+    The entries must be in order of time. `about` becomes a comment at the beginning of the file.
     """
     lines = [f"# {line}".rstrip() for line in about.splitlines()]
     lines += ["at = [", *(f"  {entry_text(entry)}," for entry in entries), "]"]
@@ -213,7 +216,7 @@ def stimulus_text(entries: Iterable[Entry], about: str = "") -> str:
 
 
 def entry_text(entry: Entry) -> str:
-    """Return an entry as an inline table."""
+    """Return the text of an entry as an inline table of TOML."""
     keys: dict[str, Any] = {"time": _time_text(entry.t_us)}
     if entry.values:
         keys["set"] = dict(entry.values)
@@ -245,7 +248,7 @@ def entry_text(entry: Entry) -> str:
 
 
 def _hex(area: bytes) -> str:
-    """Return the bytes in words of hexadecimal digits, without trailing zero words."""
+    """Return the bytes as groups of four hexadecimal digits, without trailing zero words."""
     used = max(1, len(area.rstrip(bytes(1))))
     return area[: used + used % 2].hex(" ", 2)
 

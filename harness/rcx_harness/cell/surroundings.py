@@ -20,7 +20,7 @@ _LONGEST_US = 60_000_000
 
 
 class Surrounded(events.Stopped, Protocol):
-    """The methods of a cell that the events call."""
+    """The methods of a cell that the events of network and PLC call."""
 
     def set_cable(self, up: bool, controller: int) -> None: ...  # noqa: D102
 
@@ -81,10 +81,10 @@ _EVENTS: dict[str, Event[Surrounded]] = {
     **PLC_EVENTS,
 }
 
-#: Events of network and PLC by name, each with a line of help.
+#: Maps the name of each event of network and PLC to a line of help.
 EVENTS: dict[str, str] = {name: one.text for name, one in _EVENTS.items()}
 
-#: By event: the event that undoes it.
+#: Maps an event to the event that undoes it.
 OPPOSITES: dict[str, str] = {
     "link_down": "link_up",
     **events.OPPOSITES,
@@ -103,9 +103,10 @@ assert all(one in EVENTS or one in ROBOT_EVENTS for pair in OPPOSITES.items() fo
 
 
 def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
-    """Return the event that undoes an event, with its arguments.
+    """Return the event that undoes `event`, with the arguments of the returned event.
 
-    The start mode of the PLC is an argument of the stop event and is passed on to the start event.
+    The start mode of the PLC is an argument of the stop event. It becomes an argument of the start
+    event.
     """
     if event.startswith("packets_"):
         return event, {**args, "share": 0}
@@ -122,11 +123,11 @@ def opposite(event: str, args: Mapping[str, Any]) -> tuple[str, dict[str, Any]]:
 def check(event: str, args: Mapping[str, Any]) -> Callable[[Surrounded, int], None]:
     """Check an event of network or PLC and return the function that applies it to a cell.
 
-    The function takes the cell and the number of the controller.
+    The arguments of the returned function are the cell and the number of the controller.
     """
     return checked(_EVENTS, event, args, "plc" if event in PLC_EVENTS else "robot")
 
 
 def befall(cell: Surrounded, event: str, controller: int, args: Mapping[str, Any]) -> None:
-    """Apply an event of network or PLC now."""
+    """Apply an event of network or PLC to the cell at the current time."""
     check(event, args)(cell, controller)

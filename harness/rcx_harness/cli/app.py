@@ -96,7 +96,7 @@ PANELS = {
     },
 }
 COMMANDS = {name: first for commands in PANELS.values() for name, first in commands.items()}
-#: Module and function of a command, if they do not have its name.
+#: Maps a command to its module and function, if these do not have the name of the command.
 _HOMES = {
     "import": ("import_", "import_"),
     "encode": ("codec", "encode"),
@@ -104,8 +104,8 @@ _HOMES = {
     "test": ("test_", "test_"),
 }
 
-#: If a command has more options than this, its help shows rare options in these panels, after the
-#: common options. The options are given by the names of their parameters.
+#: If a command has more options than this number, its help shows rare options in these panels,
+#: after the common options. The panels contain the names of the options' parameters.
 _MOST_OPTIONS = 15
 OPTION_PANELS = {
     "Projects of PLC tools": "replace dialect device",
@@ -130,7 +130,10 @@ _SETTINGS: dict[str, Any] = {
 
 
 class _Commands(TyperGroup):
-    """All commands. Their list is plain text, because `rich` would double the time to print it."""
+    """The group of all commands.
+
+    The list of commands is plain text, because `rich` doubles its time.
+    """
 
     def format_help(self, ctx: Any, formatter: Any) -> None:
         """Write the help page of the command."""
@@ -154,17 +157,20 @@ _app = typer.Typer(
 
 
 def home_of(name: str) -> tuple[str, str]:
-    """Return the module of a command in this folder, and its function there."""
+    """Return the name of the module in this folder that has a command, and of its function."""
     return _HOMES.get(name, (name, name))
 
 
 class Later(TyperCommand):
-    """A command that is loaded when it is called; until then only its first sentence is known."""
+    """A command whose module is imported on first use.
+
+    Until then only its first sentence is known.
+    """
 
     def loaded(self) -> Any:
         """Return the command itself, and import its module on first use."""
         module, function = home_of(str(self.name))
-        # the imported objects stay; a garbage collection would take a tenth of the start time
+        # All imported objects stay. A garbage collection would only cost a tenth of the start time.
         gc.disable()
         try:
             home = import_module(f"rcx_harness.cli.{module}")
@@ -182,16 +188,16 @@ class Later(TyperCommand):
     def make_context(
         self, info_name: str | None, args: list[str], parent: Any = None, **extra: Any
     ) -> Any:
-        """Load the command and let it parse its arguments; help and completion also need this."""
+        """Load the command and parse its arguments, which help and completion need as well."""
         command = self.loaded()
         _refuse_empty_paths(command, args)
         return command.make_context(info_name, args, parent, **extra)
 
 
 def _refuse_empty_paths(command: Any, args: Sequence[str]) -> None:
-    """Raise InputError if the name of a file is empty; Python would take it for this folder.
+    """Raise InputError if a file name is empty, because Python treats it as the current folder.
 
-    An unset variable of the shell gives an empty name: `rcx run "$FILE"`.
+    An unset variable of the shell gives an empty name, for example in `rcx run "$FILE"`.
     """
     of_paths = [each for each in command.params if each.type.name == "path"]
     options = {name for each in of_paths for name in each.opts if name.startswith("-")}
@@ -237,7 +243,7 @@ app = _group()
 
 
 def _with_command(args: Sequence[str]) -> list[str]:
-    """Return the arguments in the form that the parser takes.
+    """Return the arguments of the command line in the form that the parser accepts.
 
     Each word behind `--` of `rcx mutants` becomes an option, and `--json` without a file becomes
     `--json -`.
@@ -264,7 +270,7 @@ def main(args: Sequence[str] | None = None) -> int:
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code
-    # commands that know the source file and line catch this error themselves
+    # Commands that can report the source line catch this error themselves.
     except RecursionError:
         text = "expressions, statements or types are nested too deeply; divide them"
         print(f"rcx: {text}", file=sys.stderr)

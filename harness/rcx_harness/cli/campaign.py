@@ -1,4 +1,4 @@
-"""`rcx campaign`: storms on a user's cell, and the shortest runs that fail."""
+"""`rcx campaign`: runs of a user's cell with random faults, and the shortest runs that fail."""
 
 from __future__ import annotations
 
@@ -41,13 +41,13 @@ class VerifyOptions(FarmOptions, CellOptions):
     workers: WorkersOrNone = None
 
     def cells(self, stimulus: Path | None) -> CellsOf:
-        """Return the description from which each worker builds its cells."""
+        """Return the description of the cell, from which each worker process builds its cells."""
         if self.link != "direct":
             raise InputError(f"--link {self.link} is for rcx run", hint="leave it out")
         return CellsOf.of(self.files, self.of_cell(), self.properties or (), stimulus)
 
     def results(self, cells: CellsOf, out: Path, further: str = "") -> ResultFile[Any, Any]:
-        """Return the valid results of earlier calls; print a notice about invalid results."""
+        """Return valid results of earlier calls; print a notice about invalid results."""
         kept, notice = saved_results(out / "results.jsonl", self._about(cells, further))
         if kept.notice:
             print(kept.notice, file=sys.stderr)
@@ -163,7 +163,7 @@ def _tell(options: CampaignOptions, cells: Cells, found: Sequence[tuple[str, Exp
 def write_replay(
     options: VerifyOptions, cells: Cells, one: Replay, folder: Path, name: str
 ) -> None:
-    """Write the shortest run of a class, run it like `rcx run`, and print the command for it."""
+    """Write the shortest run of a class as a stimulus, replay it, and print the command for it."""
     file = folder / f"{name}.toml"
     write(folder, {file.name: one.text})
     came = replay(cells, one, Stimulus.load(file))

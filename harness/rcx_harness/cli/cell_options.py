@@ -23,7 +23,7 @@ __all__ = ["CellOptions"]
 class CellOptions:
     """The options of a cell, with type, default and help.
 
-    Options with the name of an argument of `Cell.build` are passed to it.
+    An option whose name is an argument of `Cell.build` is passed to this function.
     """
 
     files: Sources
@@ -90,7 +90,7 @@ class CellOptions:
                 yield from (f"--{one.name.replace('_', '-')}", str(each))
 
     def _phases(self) -> str | dict[str, Duration]:
-        """Return `scan=3ms,cycle=1ms` as a table; return a single word unchanged."""
+        """Convert phases such as `scan=3ms,cycle=1ms` to a table, but return a word unchanged."""
         if "=" not in self.phases:
             return self.phases
         pairs = [part.partition("=") for part in self.phases.split(",")]

@@ -86,7 +86,7 @@ def check(
         raise InputError("--stubs and --lint exclude each other")
     programs = [file for file in files or () if file.suffix.lower() in _ROBOT_FILES]
     if programs:
-        # imported here because it loads the virtual controller, which only robot programs need
+        # Import here: the module loads the virtual controller, which only robot programs need.
         from rcx_harness.cli.robot_files import check_robot_files
 
         check_robot_files(programs)
@@ -139,7 +139,7 @@ def check(
 
 
 def _with_stubs(sources: SourceFiles, folder: Path) -> SourceFiles:
-    """Write an interface for each missing name, and return the sources with these files.
+    """Write an interface file for each missing name, and return the sources with the new files.
 
     Raise InputError if a file already exists, because it may be the user's.
     """
@@ -182,7 +182,7 @@ def _refused(
 
 
 def _faults(project: Project | None) -> list[Place]:
-    """Return the known faults of matiec that concern the program; none if it does not compile."""
+    """Return the known faults of matiec that affect the program; empty if it does not compile."""
     if project is None or project.uses:
         return []
     from structured_text.engines.matiec.faults import places, warnings
@@ -191,7 +191,7 @@ def _faults(project: Project | None) -> list[Place]:
 
 
 def _compile(sources: SourceFiles, project: Project | None, faulty: Sequence[Place]) -> str:
-    """Compile also with matiec if the sources have a program in a form that matiec supports."""
+    """If matiec supports the form of the sources, compile them with matiec as well."""
     if project is not None and project.uses:
         return "; not portable: it runs on the built-in engine only"
     if any(one.fault.refused for one in faulty):

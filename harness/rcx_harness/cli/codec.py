@@ -60,7 +60,7 @@ def _designated(name: str, robot: int | None) -> int:
 
 
 def _check_effect(command: spec.Command, values: Mapping[str, spec.FieldValue]) -> None:
-    """Refuse a value that has no effect because of another field; no range is known for it."""
+    """Raise InputError for a value that has no effect, because another field disables it."""
     fixed = {part.name: part.fixed or 0 for part in command.request}
     for part in command.request:
         value, selected = values.get(part.name), values.get(part.by, fixed.get(part.by, 0))

@@ -32,7 +32,7 @@ from structured_text.output.files import NewFiles, replace_files
 
 __all__ = ["compare"]
 
-#: First bytes of every JSON file of this command.
+#: The first bytes of each JSON file that this command writes.
 _BEGINNING = '{\n  "begin_us": '
 
 
@@ -136,7 +136,7 @@ def compare(
 
 
 def _happenings(path: Path) -> list[Happening]:
-    """Return the robot events of a stimulus; raise InputError for anything else in it."""
+    """Return the robot events of a stimulus; raise InputError for entries of other kinds."""
     found = []
     for entry in Stimulus.load(path).entries:
         if entry.values or entry.hold or entry.release or entry.area is not None:

@@ -48,7 +48,7 @@ def _is_here(host: str) -> bool:
     """Return whether the host is a loopback address."""
     try:
         return ipaddress.ip_address(socket.gethostbyname(host)).is_loopback
-    except (OSError, ValueError, UnicodeError):  # no such host: the connection reports it
+    except (OSError, ValueError, UnicodeError):  # the connection reports an unknown host
         return False
 
 
@@ -64,14 +64,14 @@ def no_connection(reason: str) -> InputError:
 
 
 class Teller:
-    """A printer of the messages that the connection opens or ends (stderr, limited rate)."""
+    """Prints a message when the connection opens or ends, on stderr and with a limited rate."""
 
     def __init__(self) -> None:
         self._throttle = Throttle()
         self.last = ""
 
     def __call__(self, now_us: int, text: str) -> None:
-        """Print a line with the time of the run."""
+        """Print a message with the time of the run; drop the message if there are too many."""
         self.last = text
         for line in self._throttle.let_pass("connection", [text], now_us):
             print(f"{format_us(now_us)}: {line}", file=sys.stderr, flush=True)

@@ -1,4 +1,4 @@
-"""The options of commands that measure coverage, and what the commands do with them."""
+"""The options for coverage, and the functions with which commands measure and report it."""
 
 from __future__ import annotations
 
@@ -63,7 +63,7 @@ def requested_collector(
 
 
 def concluded(collector: Collector, folder: Path | None, fail_under: str | None) -> Outcome:
-    """Write the report of the counts and return the outcome."""
+    """Write the coverage report and return its summary."""
     from structured_text.coverage.output import conclude
     from structured_text.coverage.parts import merge, part_of
 

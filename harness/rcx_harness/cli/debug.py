@@ -35,7 +35,7 @@ from structured_text.output.files import replace_files
 
 __all__ = ["debug", "launched"]
 
-#: Message for a person who starts the command in a terminal.
+#: The message for a user who starts the command in a terminal.
 _AT_A_TERMINAL = """\
 rcx debug waits for the requests of an editor (Debug Adapter Protocol) on standard input.
 Let your editor start it: rcx debug --vscode FOLDER writes the extension for VS Code,
@@ -45,7 +45,7 @@ Ctrl-C ends it."""
 _HOST = "127.0.0.1"
 _EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 
-#: The options of `rcx run` that a launch may have; the others write files or need real time.
+#: The options of `rcx run` that a launch may have. All other options write files or need real time.
 _OPTIONS = (
     *(
         "duration",
@@ -62,11 +62,11 @@ _OPTIONS = (
     ),
     *("rpi", "jitter", "timeout", "phases", "on_loss", "engine", "no_robot", "dialect"),
 )
-#: The environment variable for the token of the port, and the shortest allowed token.
+#: The environment variable with the token of the port, and the smallest length of a token.
 _TOKEN, _TOKEN_LENGTH = "RCX_DEBUG_TOKEN", 16
-#: Time within which a client must launch with the token before it is disconnected [s].
+#: Time within which a client must launch with the token [s]. Otherwise the client is disconnected.
 _PATIENCE_S = 10.0
-#: Arguments of a launch that clients use themselves, so they are not options of `rcx run`.
+#: Arguments of a launch that are for the client itself, so they are not options of `rcx run`.
 _OF_CLIENTS = (
     *("type", "request", "name", "noDebug", "cwd", "stopOnEntry", "recording", "debugServer"),
     *("token",),
@@ -115,7 +115,7 @@ def debug(
     # A separate stream: sys.stdin cannot be closed at the end while a thread reads from it.
     reading, writing = os.fdopen(os.dup(sys.stdin.fileno()), "rb"), sys.stdout.buffer
     client = Client(reading, writing)
-    with redirect_stdout(sys.stderr):  # only the adapter may write to the client
+    with redirect_stdout(sys.stderr):  # no other output may reach the client
         code = Session(client, lambda arguments: launched(arguments, given, alone=no_robot)).run()
     if code:
         raise typer.Exit(code)
@@ -175,13 +175,13 @@ def _one_client(connection: socket.socket, token: str, given: list[Path], *, alo
         patience.cancel()
         end()
         client.close()
-        for stream in (reading, writing):  # a client can send as long as either of them is open
+        for stream in (reading, writing):  # both must be closed, or the client can still send
             with suppress(OSError):
                 stream.close()
 
 
 def _token() -> tuple[str, str]:
-    """Return the token of the port, and a line that tells the user where a client gets it."""
+    """Return the token of the port, and a line for the user about the token."""
     if not (token := os.environ.get(_TOKEN, "")):
         token = token_urlsafe()
         return token, f'its launch must contain this token: "token": "{token}"'
@@ -338,7 +338,7 @@ def _several(value: Any) -> list[Any]:
 
 
 def _name(key: str) -> str:
-    """Return the field of an option, `on_loss` for `onLoss`; `for` has another name in Python."""
+    """Return the field name of a launch option, for example `on_loss` for `onLoss`."""
     plain = "".join(f"_{c.lower()}" if c.isupper() else c for c in key).replace("-", "_")
     return "duration" if plain == "for" else plain
 

@@ -37,7 +37,7 @@ if TYPE_CHECKING:
     from structured_text.explore.search import Result
     from structured_text.farm import Farm
 
-#: Type of a function that is called with the number of expanded states and of known states.
+#: The type of a function for progress: its arguments are the numbers of expanded and known states.
 Report = Callable[[int, int], None]
 
 #: Time between two lines of progress if the output is not a terminal [s].
@@ -122,7 +122,7 @@ def explore(given: Options) -> None:
     """
     from structured_text.output.replays import check
 
-    # checked before the exploration, because these files are written after hours of work
+    # Check the output files first, because an exploration can take hours before it writes them.
     for name in ("broken.toml", "broken.svg"):
         check(given.out / name)
     console = Console(stderr=True)
@@ -174,7 +174,7 @@ def _program(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
 
 
 def _cell(given: Options, report: Report, farm: Farm) -> Callable[[], bool]:
-    """Explore a cell with its controllers and robot programs; return a printer of the result."""
+    """Explore a cell with its robot programs; return a function that prints the result."""
     from rcx_harness.verify.explore.cells import FAULTS, explore_cell, replay_cell
 
     settings = _cell_settings(given, report)
@@ -301,7 +301,7 @@ def _faults(given: Options, known: Collection[str]) -> list[str]:
 
 
 def _inputs(given: Options, demands: Demands) -> dict[str, list[str]]:
-    """Return the values of all inputs; values from an option replace the operator's values."""
+    """Return the values of each input; `--input` has priority over the properties file."""
     inputs: dict[str, list[str]] = {}
     for text in given.inputs or []:
         path, has_values, values = text.partition("=")
@@ -316,7 +316,7 @@ def _inputs(given: Options, demands: Demands) -> dict[str, list[str]]:
 
 
 def _touched(demands: Demands) -> dict[str, list[str]]:
-    """Return the operator's inputs with their values; a BOOL needs no values."""
+    """Return the inputs that the properties file gives to the operator, with their values."""
     inputs: dict[str, list[str]] = {path: [] for path in (*demands.buttons, *demands.switches)}
     for path, several in demands.values.items():
         inputs[path] = [str(one).lower() if isinstance(one, bool) else str(one) for one in several]

@@ -15,7 +15,7 @@ from structured_text.farm import Cluster, Farm
 
 __all__ = ["MOST", "FarmOptions", "WorkersOrNone"]
 
-#: Upper limit of `--workers`, beyond the processors of any computer.
+#: Upper limit of `--workers`. It is above the number of processors of any computer.
 MOST = 4096
 
 
@@ -32,7 +32,7 @@ WorkersOrNone = Annotated[
 
 @dataclass(frozen=True, kw_only=True)
 class FarmOptions:
-    """The options for workers; a command gets them by `with_options` of a subclass."""
+    """The options for workers. A command has a subclass of this class and uses `with_options`."""
 
     workers: Annotated[
         int | None,
@@ -57,7 +57,7 @@ class FarmOptions:
     ] = False
 
     def farm(self, console: Console) -> Farm:
-        """Return the farm that does the work, with its progress on this console."""
+        """Return the farm that distributes the work; it shows its progress on `console`."""
         if self.cluster is None:
             given = {
                 "--cluster-ca": self.cluster_ca,

@@ -27,7 +27,7 @@ _PRINTED = Path("-")
 
 
 class JsonOutput:
-    """The JSON output of a command, if its option is given.
+    """The JSON output of a command, if the option `--json` is given.
 
     Args:
         beginning: The first bytes of every JSON file of this command; a file with another beginning
@@ -45,7 +45,7 @@ class JsonOutput:
             return
         if os.path.isdir(file):
             raise InputError("is a folder, not a file", file=file)
-        if not os.path.isfile(file):  # the file does not exist, or it is a device
+        if not os.path.isfile(file):  # the file does not exist, or is a device
             return
         with file.open("rb") as stream:
             found = stream.read(len(beginning))
@@ -55,7 +55,7 @@ class JsonOutput:
                 file=file,
                 hint="name another file, or remove this one",
             )
-        if real(file) in map(real, read):  # reached only if the existing file is empty
+        if real(file) in map(real, read):  # an empty file can be an input, too
             raise InputError("would be overwritten, but it is an input", file=file)
 
     @contextmanager
@@ -68,7 +68,7 @@ class JsonOutput:
             yield
 
     def write(self, text: str) -> None:
-        """Write or print the JSON, if the option is given."""
+        """Write the JSON to the file, or print it; do nothing without the option."""
         if self._file is None:
             return
         if self.printed:

@@ -27,7 +27,7 @@ from structured_text.output.files import replace_files
 
 __all__ = ["judge"]
 
-#: First bytes of every JSON file of this command.
+#: The first bytes of each JSON file that this command writes.
 _BEGINNING = '{\n  "file": '
 
 

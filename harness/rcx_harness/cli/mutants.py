@@ -112,7 +112,7 @@ def mutants(given: Options) -> None:
 
 
 def _check_outputs(given: Options) -> None:
-    """Check that no file of the user is overwritten."""
+    """Raise InputError if an output would overwrite a file of the user."""
     if given.reasons != _REASONS or os.path.lexists(given.reasons):
         check_file(given.reasons)
     if os.path.exists(given.folder) and not os.path.isdir(given.folder):

@@ -1,4 +1,4 @@
-"""`--no-robot`: a program that runs alone on a bench instead of in a cell."""
+"""The option `--no-robot`: a program runs alone on a bench instead of in a cell."""
 
 from __future__ import annotations
 
@@ -10,13 +10,13 @@ from structured_text.errors import InputError
 
 __all__ = ["Stimulus", "refuse"]
 
-#: Options that concern a robot, its network, or the faults and charts of a cell.
+#: The options that concern a robot, its network, or the faults and charts of a cell.
 _OF_ROBOTS = (
     *("link", "size", "m", "n", "robot", "rpi", "jitter", "timeout", "phases", "on_loss"),
     *("realtime", "panel", "connect", "yes", "input_instance", "output_instance"),
     *("config_instance", "config_data", "address", "positions", "seed", "faults"),
 )
-#: By field: the name of its option, if the name is different.
+#: Maps a field to the name of its option, if the two names differ.
 _NAMES = {"address": "from"}
 
 
@@ -36,7 +36,7 @@ class Stimulus(stimulus.Stimulus):
 
 
 def refuse(typed: Iterable[str]) -> None:
-    """Raise InputError if one of the typed options (names of fields) concerns a robot."""
+    """Raise InputError if an option that the user has typed concerns a robot."""
     for name in typed:
         if name in _OF_ROBOTS:
             option = f"--{_NAMES.get(name, name).replace('_', '-')}"

@@ -1,4 +1,4 @@
-"""Options that several commands have, and their checks; the messages name the option."""
+"""The options that several commands have, and their checks. Each message names its option."""
 
 from __future__ import annotations
 
@@ -100,13 +100,13 @@ def with_options(
 
 
 def _is_default(context: typer.Context, name: str) -> bool:
-    """Return whether the user has not typed an option; a typed default value counts as typed."""
+    """Return whether an option has its default because the user has not typed the option."""
     source = context.get_parameter_source(name)
     return source is None or source.name.startswith("DEFAULT")
 
 
 def replacements(given: list[str] | None) -> dict[str, Path]:
-    """Return the files of `--replace` by the names of POUs."""
+    """Return the files of `--replace`; the keys are the names of the POUs."""
     found: dict[str, Path] = {}
     for text in given or []:
         name, is_, file = (part.strip() for part in text.partition("="))
@@ -122,7 +122,7 @@ def replacements(given: list[str] | None) -> dict[str, Path]:
 
 
 def counted(number: int, what: str) -> str:
-    """Return a number with its noun: `no scans`, `1 scan`, `2 scans`."""
+    """Return a number with its noun, such as `no scans`, `1 scan` or `2 scans`."""
     return f"{number or 'no'} {what}{'' if number == 1 else 's'}"
 
 
@@ -159,7 +159,7 @@ def interval_us(option: str, text: str) -> int:
 
 
 def host_port(option: str, text: str, port: int) -> tuple[str, int]:
-    """Return host and port of `HOST` or `HOST:PORT`; raise InputError for other forms."""
+    """Return host and port from `HOST` or `HOST:PORT`; raise InputError for any other text."""
     host, colon, number = text.partition(":")
     if colon:
         right = number.isascii() and number.isdecimal() and len(number) <= _DIGITS
@@ -173,7 +173,7 @@ def host_port(option: str, text: str, port: int) -> tuple[str, int]:
 
 
 def config_instance(text: str) -> int | None:
-    """Return the number of `--config-instance`, or None for `none`; else raise InputError."""
+    """Return the number in `--config-instance`, or None for `none`; raise InputError otherwise."""
     if text.lower() == "none":
         return None
     if not (text.isascii() and text.isdecimal()) or len(text) > _DIGITS:
@@ -192,7 +192,7 @@ def config_data(text: str) -> bytes:
 
 
 def identity_revision(text: str) -> tuple[int, int]:
-    """Return major and minor revision of a text such as `1.1`; raise InputError for other forms."""
+    """Return major and minor revision from a text such as `1.1`; else raise InputError."""
     major, _, minor = text.partition(".")
     if not (major.isdecimal() and minor.isdecimal()):
         raise InputError(f"{text!r} is not a revision", hint="write it as 1.1")

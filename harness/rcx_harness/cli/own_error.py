@@ -21,7 +21,7 @@ def report(error: Exception) -> None:
     what = what if len(what) <= _SHOWN else f"{what[:_SHOWN]}..."
     try:
         where = _written(error)
-    except OSError:  # there is no folder in which a file can be written
+    except OSError:  # no folder is writable
         where = ""
         traceback.print_exception(error)
     hint = f"please report it with {where}" if where else "please report it with the lines above"

@@ -48,7 +48,7 @@ class Action(str, Enum):
     compare = "compare"
 
 
-#: The text about the controller's state after an interrupted command.
+#: Maps an action to the text about the state after an interruption.
 _LEFT = {
     Action.backup: "no file was written",
     Action.compare: "nothing was compared",
@@ -160,7 +160,7 @@ def points(
 def _connected(
     host: str, size: int, rpi_us: int, port: int, address: str, action: Action
 ) -> Iterator[NetworkLine]:
-    """Yield the line to the controller and close it; its errors end the command."""
+    """Yield the connection to the controller and close it at the end; an error ends the command."""
     try:
         line = NetworkLine(host, size, rpi_us, port, address)
     except EnipError as error:
@@ -186,7 +186,7 @@ def _connected(
 def _check_options(
     action: Action, csv: Path | None, robot: Sequence[int], numbers: str, write: bool
 ) -> None:
-    """Raise InputError for options that need another action."""
+    """Raise InputError if an option belongs to another action than the given action."""
     if csv or robot:
         raise InputError(f"{'--csv' if csv else '--robot'} is for backup only")
     if action is Action.restore and numbers:
@@ -238,7 +238,7 @@ def _range(text: str) -> range:
 
 
 def _keys(kinds: Sequence[str], numbers: range, robots: Sequence[int]) -> list[Key]:
-    """Return the keys that a backup reads."""
+    """Return the keys of the stored data that a backup reads from the controller."""
     keys: list[Key] = []
     for kind in kinds:
         which = numbers if kind in ("points", "comments") else range(COUNTS[kind])
@@ -248,7 +248,7 @@ def _keys(kinds: Sequence[str], numbers: range, robots: Sequence[int]) -> list[K
 
 
 def _only(stored: Stored, kinds: Sequence[str], file: Path) -> Stored:
-    """Return only the stored data of the requested kinds."""
+    """Return the stored data of the kinds that `--kind` requests."""
     asked = [key for key in stored.asked if not kinds or key[0] in kinds]
     if not asked:
         raise InputError(

@@ -13,7 +13,7 @@ from rich.progress import BarColumn, Progress, TaskID, TextColumn, TimeRemaining
 
 __all__ = ["RunProgress", "progress_bar"]
 
-#: Work that takes less time has no progress report [s of real time].
+#: Shortest work for which progress is shown [s of real time].
 _PATIENCE_S = 2.0
 
 
@@ -62,7 +62,7 @@ class RunProgress:
         return self
 
     def __call__(self, done_us: int, total_us: int) -> None:
-        """Show the progress, in virtual microseconds."""
+        """Show the progress; the arguments are virtual times in microseconds."""
         self._compiling.cancel()
         if not sys.stderr.isatty():
             if time.monotonic() - self._told >= _PATIENCE_S:

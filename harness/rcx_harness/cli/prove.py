@@ -34,9 +34,9 @@ if TYPE_CHECKING:
 
 #: Width of the output [columns] if it is not a terminal.
 _WIDE = 200
-#: Results that do not cause exit code 1.
+#: The results of a proof that do not cause exit code 1.
 _GOOD = ("proved", "noted")
-#: First bytes of every file of this command.
+#: The first bytes of each JSON file that this command writes.
 _BEGINNING = '{"inputs": '
 
 

@@ -19,7 +19,8 @@ from structured_text.output.system import told_to_end
 
 __all__ = ["record"]
 
-#: Programs that capture, in the order of preference; the options used here are the same in both.
+#: The programs that can capture, in the order of preference. Both have the options that are used
+#: here.
 _TOOLS = ("dumpcap", "tshark")
 _INSTALL = "install Wireshark, whose tools dumpcap or tshark capture (Debian: apt install tshark)"
 _RIGHTS = "Linux: root, or the group wireshark; macOS: ChmodBPF; Windows: Npcap"
@@ -83,14 +84,14 @@ def _filter(hosts: list[str], port: int, io_port: int) -> str:
 
 
 def _interfaces(tool: str) -> list[str]:
-    """Return the names of the interfaces at which the tool can capture."""
+    """Return the names of the network interfaces at which the tool can capture."""
     found = programs.run([tool, "-D"], text=True)
     lines = [line.split(maxsplit=1) for line in found.stdout.splitlines()]
     return [line[1] for line in lines if len(line) > 1] or ["none at which you may capture"]
 
 
 def _capture(command: list[str]) -> tuple[int, str]:
-    """Run the tool to its end; return its exit code, and its last line if it failed."""
+    """Run the capture tool to its end; return its exit code, and its last line if it has failed."""
     running: list[programs.Program] = []
     asked = 0
 
@@ -98,7 +99,7 @@ def _capture(command: list[str]) -> tuple[int, str]:
         nonlocal asked
         asked += 1
         for one in running:
-            # the tool may first write the remaining packets
+            # let the tool write the remaining packets
             (one.terminate if asked == 1 else one.kill)()
 
     with told_to_end(end), programs.Program(command, stderr=subprocess.PIPE, text=True) as process:

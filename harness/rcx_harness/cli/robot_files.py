@@ -16,7 +16,8 @@ from structured_text.errors import InputError, legible
 
 __all__ = ["check_robot_files"]
 
-#: The larger size, because a program file does not contain the size of the areas.
+#: The size of the areas for the checks. A program file does not contain it, so the larger size is
+#: used.
 _SIZE = 256
 
 
@@ -42,7 +43,7 @@ def check_robot_files(files: Sequence[Path]) -> None:
 
 
 def _findings(file: Path) -> Iterator[tuple[InputError, bool]]:
-    """Yield each finding of a file, and whether it is an error."""
+    """Yield each finding of a file, and whether the finding is an error."""
     if file.suffix.lower() == ".pgm":
         yield from _of_program(file, text_of(file), 0, ())
         return

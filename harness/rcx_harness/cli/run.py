@@ -70,12 +70,12 @@ if TYPE_CHECKING:
 
 EPILOG = "Events of a stimulus:\n\n" + "\n".join(f"- {one}: {EVENTS[one]}" for one in EVENTS)
 
-#: Interval between progress reports [s of real time].
+#: The time between two progress reports [s of real time].
 _REPORT_S = 0.25
 _SLICES = 400
-#: Number of block errors that are shown.
+#: The greatest number of block errors that are shown.
 _MOST_ERRORS = 5
-#: Default time-out in real time: this number of packet intervals, but at least this time [us].
+#: The default time-out in real time: a number of packet intervals, but at least a time in us.
 _PATIENT_INTERVALS, _PATIENT_US = 32, 320_000
 _MOST_SHOWN = 20
 #: Byte of SI(00) in the area to the robot (manual chapter 5, 2).
@@ -237,7 +237,10 @@ class RunOptions(CellOptions):
         return line_us
 
     def _link(self) -> str:
-        """Return the cell's link; in real time the network is real and has its own jitter."""
+        """Return the name of the cell's link.
+
+        In real time the network is real and has its own jitter.
+        """
         if not self.live:
             return self.link
         if self.connect is None and self.link != "enip":
@@ -247,10 +250,13 @@ class RunOptions(CellOptions):
                 "--jitter is for virtual time: in real time the network has its own jitter",
                 hint="remove --jitter",
             )
-        return "enip-realtime"  # with --connect the cell uses another link and ignores this one
+        return "enip-realtime"  # with --connect the cell ignores this link
 
     def _timeout(self) -> str | int | None:
-        """Return the time-out; in real time it tolerates delays of this computer."""
+        """Return the connection time-out.
+
+        In real time it is longer, because this computer may be late.
+        """
         if self.timeout is None and self.live:
             return max(_PATIENT_INTERVALS * parse_us(self.rpi), _PATIENT_US)
         return self.timeout
@@ -258,7 +264,7 @@ class RunOptions(CellOptions):
 
 @dataclass(frozen=True)
 class _Outcome:
-    """The result of a run; the cell is closed."""
+    """The result of a run, after which the cell is closed."""
 
     cell: Bench
     duration_us: int
@@ -296,7 +302,7 @@ def run(options: RunOptions) -> None:
 
 
 def _stopped_programs(outcome: _Outcome) -> int:
-    """Return how often an error has stopped a robot program."""
+    """Return how often an error has stopped a robot program in the run."""
     return stopped_program_count(outcome.cell) if isinstance(outcome.cell, Cell) else 0
 
 
@@ -401,7 +407,7 @@ def _run(
 
 
 def _errors_of(cell: Bench) -> BlockErrors | None:
-    """Return a list to which each scan from now on adds the errors of the blocks of a cell."""
+    """Return an object that collects the errors of a cell's blocks in each scan from now on."""
     if not isinstance(cell, Cell):
         return None
     errors = BlockErrors(cell.program)
@@ -415,18 +421,18 @@ def _errors_of(cell: Bench) -> BlockErrors | None:
 
 
 class _Safe:
-    """An observer that notes whether SI(00), the emergency stop input, was ever ON in a run."""
+    """Observes whether SI(00), the emergency stop input, was ever ON in a run."""
 
     def __init__(self) -> None:
         self._ever = False
 
     def take(self, record: Record) -> None:
-        """Take the next record of the run."""
+        """Process the next record of the run's trace."""
         if not self._ever and isinstance(record, Scan):
             self._ever = bool(record.si[_SI_00] & 1)
 
     def told(self, cell: Bench, files: SourceFiles, options: RunOptions) -> str:
-        """Return a hint that explains how to end the emergency stop; empty if SI(00) was ON."""
+        """Return a hint about how to end the emergency stop; empty if SI(00) was ON in the run."""
         names = [] if self._ever else safety_inputs(*files.users)
         left = [name for name in names if cell[name] is False]
         if not left:

@@ -23,7 +23,7 @@ from structured_text.errors import InputError
 
 __all__ = ["serve"]
 
-#: Address of the web page (serve/guard.py).
+#: The address at which the web page is served (see serve/guard.py).
 _WEB_HOST = "127.0.0.1"
 
 

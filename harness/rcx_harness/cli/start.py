@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import gc
-import sys  # only a few imports, because Ctrl-C during an import shows a traceback
+import sys  # import little here, because Ctrl-C during an import shows a traceback
 
 __all__ = ["INTERRUPTED", "main"]
 
-#: Exit code of a shell after Ctrl-C.
+#: The exit code that a shell reports after Ctrl-C.
 INTERRUPTED = 130
 _OWN_ERROR = 3
-#: Exit code of a shell for a process that SIGPIPE has ended: the reader of the output is gone.
+#: The exit code that a shell reports after SIGPIPE, when the reader of the output has ended.
 _UNREAD = 141
 
 
@@ -32,12 +32,12 @@ def main() -> int:
     import signal
 
     if code == INTERRUPTED:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C changes nothing
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second Ctrl-C has no effect
         if came:
             return 128 + came[0]
         print("rcx: interrupted", file=sys.stderr)
     elif signal.getsignal(signal.SIGINT) is signal.default_int_handler:
-        # the command has finished: Ctrl-C now must not show a traceback
+        # The command has finished, so Ctrl-C must no longer show a traceback.
         signal.signal(signal.SIGINT, signal.SIG_DFL)
     return code
 
@@ -48,13 +48,13 @@ def _run() -> int:
 
     streams.prepare()
     try:
-        # the imported objects stay; a garbage collection would take a tenth of the start time
+        # All imported objects stay. A garbage collection would only cost a tenth of the start time.
         gc.disable()
         try:
             from structured_text.output.console import spare_no_character
 
             spare_no_character()
-            # this import takes most of the first second
+            # this import takes most of the start time
             from rcx_harness.cli.app import main as command
         finally:
             gc.enable()

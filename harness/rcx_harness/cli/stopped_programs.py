@@ -11,7 +11,8 @@ from structured_text.output.units import format_us
 __all__ = ["busy_programs", "program_errors", "stopped_program_count"]
 
 _MOST = 5
-#: Number of full cycles after which a program is reported; a long calculation may fill fewer.
+#: Number of full controller cycles after which a program is reported. A long calculation may fill
+#: fewer cycles.
 _FULL_CYCLES = 20
 
 
@@ -25,16 +26,16 @@ def stopped_program_count(cell: Cell) -> int:
 
 
 def busy_programs(cell: Cell) -> Iterator[str]:
-    """Yield a line for each program with a loop without a wait."""
+    """Yield a line for each robot program that ran in a loop without a wait."""
     several = len(cell.robots) > 1
     for number, robot in enumerate(cell.robots, 1):
         which = f"controller {number}: " if several else ""
         for task in robot.program.tasks:
             if task.full_cycles >= _FULL_CYCLES:
                 yield (
-                    f"{which}robot program {task.program.name}: no time passes in a loop at line "
-                    f"{task.full_line}; it has used all its {robot.config.program_statements} "
-                    f"statements in {task.full_cycles} cycles; add a WAIT or a DELAY"
+                    f"{which}robot program {task.program.name}: the loop at line {task.full_line} "
+                    f"takes no time: {task.full_cycles} cycles ended at the limit of "
+                    f"{robot.config.program_statements} statements; add a WAIT or a DELAY"
                 )
 
 

@@ -22,7 +22,7 @@ from structured_text.errors import InputError
 
 __all__ = ["sweep"]
 
-#: First bytes of every JSON file of this command.
+#: The first bytes of each JSON file that this command writes.
 _BEGINNING = '{"inject": '
 _AFTER_US = 1_000_000
 
@@ -75,7 +75,7 @@ def sweep(options: SweepOptions) -> None:
 
 
 def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
-    """Sweep and print the failures; return them as JSON, and whether there are any."""
+    """Run the sweep and print the failures; return them as JSON, and whether a run has failed."""
     of = options.cells(stimulus)
     cells = of.make()
     cell = cells.cell(options.seed)
@@ -131,7 +131,7 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
 
 
 def _scans(options: SweepOptions, cells: Cells) -> int:
-    """Return the number of scans of the good run."""
+    """Return the number of scans in the good run."""
     last = cells.demands.start[-1].t_us if cells.demands.start else 0
     length_us = last + _AFTER_US
     if options.duration is not None:

@@ -1,5 +1,5 @@
-"""The virtual controller as an EtherNet/IP adapter, and a scanner to exchange its areas.
+"""The virtual controller as an EtherNet/IP adapter, and a scanner that exchanges its areas.
 
-The adapter's CIP objects are objects of the package cpppo. Only the module `objects` imports cpppo,
-in the process of the adapter.
+The package cpppo provides the adapter's CIP objects. Only the module `objects` imports cpppo, and
+only in the adapter's process.
 """

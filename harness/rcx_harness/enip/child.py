@@ -1,9 +1,9 @@
-"""A child process that serves a part of the network, and the handle that its parent holds.
+"""A child process that does a part of the network's work, and the handle that its parent holds.
 
 The only argument of the process contains the settings as JSON. The process writes JSON objects, one
-per line, to standard output; the first has the address at which it listens, or the reason why it
-cannot listen. The process ends when its standard input ends, at the latest with its parent. If the
-system can fork, such a process starts its own child processes as copies of itself.
+per line, to standard output. The first object has the address at which the process listens, or the
+reason why it cannot listen. The process ends when its standard input ends, at the latest with its
+parent. If the system can fork, a child process starts its own children as copies of itself.
 """
 
 from __future__ import annotations
@@ -53,13 +53,13 @@ class Child:
             raise
 
     def wait_for_code(self) -> int | None:
-        """Return the exit code after the pipes have closed; None if the process does not end."""
+        """Wait until the process ends and return its exit code; None after a time-out."""
         with suppress(subprocess.TimeoutExpired):
             return self.process.wait(_WAIT_S)
         return None
 
     def stop(self) -> None:
-        """End the process by closing its standard input, and kill it if it does not end."""
+        """Close the standard input of the process to end it; kill the process after a time-out."""
         with suppress(OSError):  # the process has ended and has not read all orders
             self.orders.close()
         try:
@@ -70,7 +70,7 @@ class Child:
 
 
 def run(main: Callable[[str], None]) -> None:
-    """Run the main function of a child process."""
+    """Run the main function of this child process with the first argument of its command line."""
     global _is_child
     _is_child = True
     main(sys.argv[1])
@@ -91,11 +91,11 @@ def _started(module: str, argument: str) -> subprocess.Popen[str] | system.Piped
 
 
 def how_ended(code: int | None) -> str:
-    """Return an exit code of `subprocess` in words: `killed by SIGKILL`, `exit code 1`."""
+    """Describe an exit code of `subprocess`, for example `killed by SIGKILL` or `exit code 1`."""
     if code is None:
         return "it does not answer any more"
     if code < 0:
-        with suppress(ValueError):  # this number of a signal has no name
+        with suppress(ValueError):  # Python has no name for this signal
             return f"killed by {signal.Signals(-code).name}"
         return f"killed by signal {-code}"
     return f"exit code {code}"

@@ -13,13 +13,13 @@ class Closing:
     """An object with a `close` method that may be called more than once."""
 
     def close(self) -> None:
-        """Close the object."""
+        """Close the object and free its resources; a second call does nothing."""
         raise NotImplementedError
 
     def __enter__(self: _Own) -> _Own:
-        """Return the object itself."""
+        """Return the object itself as the target of the `with` statement."""
         return self
 
     def __exit__(self, *of: object) -> None:
-        """Close the object."""
+        """Close the object at the end of the `with` statement."""
         self.close()

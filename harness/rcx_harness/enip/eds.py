@@ -1,10 +1,10 @@
 """The virtual controller's electronic data sheet (EDS).
 
-A PLC's configuration tool reads such a file to know the device and the connections it takes. The
+A PLC's configuration tool reads an EDS file to learn the device's identity and connections. The
 format is defined in the Common Industrial Protocol, volume 1, chapter 7. A section consists of
 entries, and an entry of fields; a comment begins with `$` and ends with the line. `eds.txt` is the
 sheet with placeholders. Its date is fixed, so that the text does not depend on the day. The sheet
-contains nothing of the vendor's file for the real controller.
+is not derived from the vendor's file for the real controller.
 """
 
 from __future__ import annotations
@@ -27,8 +27,8 @@ def eds_text(
 ) -> str:
     """Return the complete sheet.
 
-    `size` is the size of each area that a tool proposes first; the user of the tool can choose
-    either size.
+    `size` is the size of each area that a configuration tool proposes by default. Its user can
+    choose either size of the controller.
 
     Returns:
         ASCII text with LF line ends.
@@ -36,7 +36,7 @@ def eds_text(
     check_size(size)
     least_us = (options or AdapterOptions()).rpi_min_us
     values = asdict(identity or Identity())
-    # The semicolon belongs to the text that the sheet pads, so that the comments are aligned.
+    # Pad the value together with its semicolon, so that the comments of the sheet are aligned.
     values["device_type"] = f"{values['device_type']};"
     return _SHEET.read_text(encoding="ascii").format(
         **values,

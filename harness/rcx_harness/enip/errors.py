@@ -29,8 +29,8 @@ class CipError(EnipError):
         self.status = status
         self.extended = extended
         reasons = [f"0x{status:02X}, {status_text(status)}"]
-        # Extended status words have names only for the Connection Manager, with this general
-        # status.
+        # Extended status words have names only for the Connection Manager, with status "connection
+        # failure".
         if status == Status.CONNECTION_FAILURE:
             reasons += [f"0x{code:04X}, {extended_text(code)}" for code in extended[:1]]
         super().__init__(f"{request} was refused: {'; '.join(reasons)}")

@@ -26,11 +26,11 @@ class AdapterLink:
         self.adapter = adapter
 
     def robot_read(self) -> bytes:
-        """Return assembly 150, as the adapter has received it last."""
+        """Return the content of assembly 150 that the adapter has received last."""
         return self.adapter.read_to_robot()
 
     def robot_write(self, image: bytes) -> None:
-        """Set assembly 100, which the master reads or the next packets carry."""
+        """Set assembly 100. The master reads it, or the next packets carry it to the master."""
         self.adapter.write_to_master(image)
 
 
@@ -38,8 +38,8 @@ class LockstepLink(AdapterLink):
     """A `rcx_harness.cell.link.Link` over EtherNet/IP on the loopback interface.
 
     The methods `scanner_...` send explicit messages to the adapter's process and return after its
-    answer. The methods `robot_...` access the adapter's memory. Each call therefore sees the effect
-    of all earlier calls, as with a `DirectLink`.
+    answer. The methods `robot_...` access the adapter's memory. As with a `DirectLink`, each call
+    therefore uses the results of all earlier calls.
 
     Raises:
         InputError: the size is wrong, or the adapter did not start.
@@ -55,23 +55,23 @@ class LockstepLink(AdapterLink):
             raise
 
     def scanner_write(self, image: bytes) -> None:
-        """Set assembly 150 by Set_Attribute_Single."""
+        """Set assembly 150 with a Set_Attribute_Single request."""
         with self._telling_of_its_end():
             self._client.set_assembly(TO_ROBOT, image)
 
     def scanner_read(self) -> bytes:
-        """Return assembly 100 by Get_Attribute_Single."""
+        """Return assembly 100, read with a Get_Attribute_Single request."""
         with self._telling_of_its_end():
             return self._client.get_assembly(TO_MASTER)
 
     def close(self) -> None:
-        """End the session and the adapter's process; do nothing if they have ended."""
+        """End the session and the adapter's process; a second call does nothing."""
         self._client.close()
         self.adapter.close()
 
     @contextmanager
     def _telling_of_its_end(self) -> Iterator[None]:
-        """Raise ProcessDiedError instead of a time-out if the adapter's process has ended."""
+        """Raise ProcessDiedError instead of EnipError if the adapter's process has ended."""
         try:
             yield
         except CipError:

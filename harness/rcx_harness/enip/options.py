@@ -15,7 +15,7 @@ from structured_text.output.units import format_us
 
 __all__ = ["CONFIGURATIONS", "INACTIVITY_S", "KINDS", "RPI_MAX_US", "AdapterOptions", "Identity"]
 
-# The manual does not give these values; they are assumed.
+# The manual does not give the following values; they are assumed.
 
 #: The kind of connection that each consuming connection point selects. The points 3 and 4 are usual
 #: for communication modules with the assemblies 100 and 150.
@@ -24,11 +24,13 @@ KINDS = {
     3: ConnectionKind.INPUT_ONLY,
     4: ConnectionKind.LISTEN_ONLY,
 }
-#: Configuration instances that a connection may name; naming one is optional.
+#: Configuration instances that a connection path may name. A path without an instance is also
+#: accepted.
 CONFIGURATIONS = (1, 5, 151)
-#: Largest accepted packet interval [us]; the RCX3's predecessor has this value.
+#: Largest accepted packet interval [us]. The value is that of the RCX3's predecessor.
 RPI_MAX_US = 3_200_000
-#: Silence after which a TCP connection is closed [s]; a scanner may set another time.
+#: Time without a message after which a TCP connection is closed [s]. A scanner may set another
+#: time.
 INACTIVITY_S = 120
 
 
@@ -55,7 +57,8 @@ class Identity:
             "vendor": 0xFFFF,
             "device_type": 0xFFFF,
             "product_code": 0xFFFF,
-            # The highest bit of the major revision means "compatible" in an electronic key.
+            # In an electronic key, the highest bit of the major revision is the "compatible" flag.
+            # So the revision has only 7 bits.
             "major_revision": 0x7F,
             "minor_revision": 0xFF,
             "serial_number": 0xFFFFFFFF,

@@ -1,1 +1,1 @@
-"""Tools that look at a controller: they show, record, judge and compare its areas and signals."""
+"""Tools that observe a controller: they show, record, judge and compare its areas and signals."""

@@ -40,7 +40,7 @@ _WORDS_HINT = (
 )
 _FIRST_S = 10.0
 _DIGITS = 5
-#: Options of `rcx scan` that a hint after a refusal may name.
+#: Options of `rcx scan` that the hint for a refused connection may name.
 _OPTIONS = (
     *("--write", "--listen-only", "--heartbeat", "--input-instance"),
     *("--config-data", "--config-instance"),
@@ -138,7 +138,7 @@ def scan(options: ScanOptions, tell: Callable[[str], None]) -> bool:
         seen = _Seen(options, image if scanner.connection.is_owner else b"")
         try:
             held = _watch(scanner, first.image, options.duration_us, tell, seen)
-        except KeyboardInterrupt:  # the changes until Ctrl-C are shown
+        except KeyboardInterrupt:  # after Ctrl-C the changes so far are shown
             held = True
         finally:
             seen.close()
@@ -220,7 +220,7 @@ class _Seen:
             self._trace = Trace(header, options.trace, keep=0)
 
     def take(self, t_us: int, image: bytes) -> None:
-        """Add the next sample."""
+        """Write the areas to the trace if they have changed."""
         changed = image != self._last
         self._t_us, self._last = t_us, image
         if changed:
@@ -246,7 +246,10 @@ def _watch(
     tell: Callable[[str], None],
     seen: _Seen,
 ) -> bool:
-    """Print changes until the time is over (True) or the connection is lost (False)."""
+    """Print changes until the time is over or the connection is lost.
+
+    Return False if the connection was lost.
+    """
     start = time.monotonic()
     seen.take(0, image)
     if duration_us:
@@ -282,7 +285,7 @@ def _tell_packets(scanner: Scanner, tell: Callable[[str], None]) -> None:
 
 
 def _place(name: str, size: int) -> tuple[int, int | None, int]:
-    """Return byte, bit and width in bytes of an input."""
+    """Return byte, bit and width in bytes of the input with this name."""
     if size not in AREA_SIZES:
         if not name.isdecimal() or len(name) > _DIGITS or int(name) >= size:
             raise InputError(f"{name:.40} is not one of the {size} bytes", hint=_WRITE_BYTES)
@@ -295,7 +298,7 @@ def _place(name: str, size: int) -> tuple[int, int | None, int]:
         return 2 * int(name.strip(" )")[-1]), None, 2
     try:
         place = port(name)
-    except InputError:  # the message of `port` is about outputs, and does not apply here
+    except InputError:  # `port` has a message about outputs; this is an input
         place = None
     if place is None or place.output or place.bank:
         hint = _WORDS_HINT if name.upper().startswith(("SIW", "SID")) else _WRITE

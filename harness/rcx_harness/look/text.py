@@ -34,7 +34,7 @@ _DEVICE_STATES = {
 
 
 def identity_lines(attributes: bytes) -> Iterator[str]:
-    """Return the identity of the device.
+    """Return the lines about the identity of the device.
 
     `attributes` is the reply to Get_Attributes_All.
     """
@@ -53,7 +53,7 @@ def identity_lines(attributes: bytes) -> Iterator[str]:
 
 
 def area_lines(area: bytes, letter: str) -> Iterator[str]:
-    """Yield the lines of an area: all dedicated bits, and the other values that are not 0.
+    """Yield the lines about an area: all dedicated bits, and all other values except zeros.
 
     `letter` is `O` for the robot's outputs (assembly 100), `I` for its inputs (assembly 150).
     """
@@ -74,14 +74,14 @@ def byte_lines(area: bytes) -> Iterator[str]:
 
 
 def byte_change_lines(before: bytes, after: bytes) -> Iterator[str]:
-    """Yield the changed bytes of an assembly."""
+    """Yield a line for each byte in which two assemblies differ."""
     for at, (old, new) in enumerate(zip(before, after, strict=True)):
         if old != new:
             yield f"byte {at} = 0x{new:02X}"
 
 
 def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
-    """Yield the last telegram in plain language."""
+    """Yield the lines about the last telegram in plain language."""
     answer = _WORDS.unpack_from(to_master)
     request = _WORDS.unpack_from(to_robot) if to_robot is not None else None
     if request is None:
@@ -96,7 +96,7 @@ def telegram_lines(to_master: bytes, to_robot: bytes | None) -> Iterator[str]:
 
 
 def change_lines(before: bytes, after: bytes, letter: str) -> Iterator[str]:
-    """Yield the changes from the first to the second of two areas of the same length."""
+    """Yield a line for each change between two consecutive areas of the same length."""
     for signal in _dedicated(letter):
         if _level(before, signal) != _level(after, signal):
             yield f"{signal.signal} {_level(after, signal)}  {signal.title}"
@@ -115,7 +115,7 @@ def _level(area: bytes, signal: spec.Signal) -> str:
 
 
 def _others(area: bytes, letter: str) -> Iterator[tuple[str, str]]:
-    """Yield words and general-purpose bits with the manual's names."""
+    """Yield name and value of all words and general-purpose bits, with the manual's names."""
     words = [*range(0, DEDICATED_AT, 2), *range(SIZE, len(area), 2)]
     for at in words:
         yield f"S{letter}W({at // 2})", format_word(area[at] | area[at + 1] << 8)

@@ -16,7 +16,7 @@ from structured_text.errors import InputError
 
 __all__ = ["Seen", "view_file"]
 
-#: Entries of a header that announce records which `judge` does not pass on.
+#: Entries in the header of a trace with records of positions and programs, which `judge` drops.
 _OWN = {"positions", "programs"}
 
 

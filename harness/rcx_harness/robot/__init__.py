@@ -34,7 +34,8 @@ __all__ = [
 def __getattr__(name: str) -> Any:
     """Import a public name on first use.
 
-    Readers of a trace or of a robot file do not need the controller, so they do not load it.
+    A program that only reads a trace or a robot file does not need the controller. So the
+    controller is not imported for such a program.
     """
     if name not in _HOME:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

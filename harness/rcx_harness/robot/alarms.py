@@ -25,8 +25,9 @@ SOFT_LIMIT = "2.334"
 class CommandError(Exception):
     """The abnormal end of a remote command, with the number of its alarm (`"12.600"`).
 
-    `response` has fields of the response that are shown in spite of the alarm, such as the position
-    of a stopped jog. `axis` is the robot axis that caused the alarm, 1 to 6; 0: no single axis.
+    `response` has the fields of the response that the master gets in spite of the alarm, such as
+    the position of a stopped jog. `axis` is the robot axis that caused the alarm, 1 to 6; 0: no
+    single axis.
     """
 
     def __init__(
@@ -54,7 +55,7 @@ class Place:
 
 @dataclass(frozen=True)
 class ActiveAlarm:
-    """An alarm by its number `"12.600"`, and the time at which it was raised [us].
+    """An alarm with its number, such as `"12.600"`, and the time at which it was raised [us].
 
     A serious alarm turns SO(03) ON until it is reset. If `place` is None, the controller itself
     raised the alarm.
@@ -67,7 +68,7 @@ class ActiveAlarm:
 
 
 class AlarmList:
-    """The active alarms, the history (oldest first, the latest `length` alarms) and the warning.
+    """The active alarms, the alarm history (oldest first, at most `length` alarms) and the warning.
 
     `latest_of_command` is the alarm of the latest remote command that ended abnormally.
     """
@@ -81,32 +82,32 @@ class AlarmList:
 
     @property
     def serious(self) -> bool:
-        """Return whether a serious alarm is active: SO(03) is ON."""
+        """Return whether a serious alarm is active, which turns SO(03) ON."""
         return any(alarm.serious for alarm in self.active)
 
     def has(self, number: str) -> bool:
-        """Return whether the alarm is active."""
+        """Return whether the alarm with this number is active."""
         return any(alarm.number == number for alarm in self.active)
 
     def note(
         self, number: str, t_us: int, *, serious: bool = False, place: Place | None = None
     ) -> ActiveAlarm:
-        """Add an alarm to the history only, and return it."""
+        """Add an alarm to the history without activating it; return the alarm."""
         alarm = ActiveAlarm(number, t_us, serious, place)
         self.history.append(alarm)
         del self.history[: -self._length]
         return alarm
 
     def activate(self, number: str, t_us: int, *, serious: bool) -> None:
-        """Raise an alarm; do nothing if it is already active."""
+        """Activate an alarm and add it to the history; do nothing if it is already active."""
         if not self.has(number):
             self.active.append(self.note(number, t_us, serious=serious))
 
     def clear(self, number: str) -> None:
-        """End an alarm without a reset."""
+        """Remove an alarm from the active alarms, because its cause has ended."""
         self.active = [alarm for alarm in self.active if alarm.number != number]
 
     def reset(self, lasting: Iterable[str]) -> None:
-        """Reset all active alarms except those in `lasting`."""
+        """Reset all active alarms except the alarms whose numbers are in `lasting`."""
         kept = set(lasting)
         self.active = [alarm for alarm in self.active if alarm.number in kept]

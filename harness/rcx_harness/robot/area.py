@@ -1,4 +1,4 @@
-"""The bytes of the input area and the output area: dedicated bits, words and held outputs."""
+"""The bytes of the input area and the output area: dedicated bits, words, and forced outputs."""
 
 from __future__ import annotations
 
@@ -28,43 +28,44 @@ __all__ = [
 _WORDS = struct.Struct("<16H")
 _DEDICATED_WORDS = struct.Struct("<2H")
 
-#: Words m to m+30 in the command ready status.
+#: The words m to m+30 while the controller is ready for a remote command.
 WORDS_AT_REST = (0,) * 16
 
 
 def mask_of(signal: Signal) -> int:
-    """Return the mask of a signal in the 16 bit word made of bytes 32 (low) and 33 (high)."""
+    """Return the mask of a signal in the dedicated word, which is bytes 32 (low) and 33 (high)."""
     return 1 << (signal.bit + 8 * (signal.byte - DEDICATED_AT))
 
 
-#: Dedicated inputs and outputs by short name (`SI00`), as masks of the dedicated word.
+#: Maps the short name of a dedicated input or output, such as `SI00`, to its mask in the dedicated
+#: word.
 INPUTS = {signal.short: mask_of(signal) for signal in signals().input}
 OUTPUTS = {signal.short: mask_of(signal) for signal in signals().output}
-#: The mask of all dedicated inputs, and the mask of the reserved bits in the same word.
+#: The mask of all dedicated inputs, and the mask of the reserved bits, in the dedicated word.
 DEDICATED = sum(INPUTS.values())
 RESERVED = 0xFFFF & ~DEDICATED
 
 
 def input_words(area: bytes) -> tuple[int, ...]:
-    """Return words n to n+30."""
+    """Return the words n to n+30 of an input area."""
     return _WORDS.unpack_from(area)
 
 
 def dedicated_word(area: bytes) -> int:
-    """Return bytes 32 and 33 as one word."""
+    """Return bytes 32 (low) and 33 (high) of an area as one word."""
     return area[DEDICATED_AT] | area[DEDICATED_AT + 1] << 8
 
 
 def reserved_bytes_of(area: bytes) -> bytes:
-    """Return the bytes that are reserved as a whole."""
+    """Return those bytes of the input area whose eight bits are all reserved."""
     return bytes(map(area.__getitem__, signals().reserved_bytes))
 
 
 def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> bytearray:
-    """Build an output area.
+    """Build the bytes of an output area.
 
     `words` are the words m to m+30, or only the first two if robot programs write the other words.
-    `dedicated` are the bytes 32 (low) and 33.
+    `dedicated` is the word of bytes 32 (low) and 33 (high). All other bytes come from `general`.
     """
     area = bytearray(general)
     (_WORDS if len(words) == len(WORDS_AT_REST) else _DEDICATED_WORDS).pack_into(area, 0, *words)
@@ -74,14 +75,14 @@ def build_area(general: bytearray, words: Sequence[int], dedicated: int) -> byte
 
 
 class Overlay:
-    """Outputs that a test holds or forces: byte masks laid over the area."""
+    """The outputs that a test holds or forces. Their bits replace the bits of the output area."""
 
     def __init__(self, size: int) -> None:
         self._size = size
         self._parts: dict[str, list[tuple[int, int, int]]] = {}
 
     def set(self, name: str, value: int) -> None:
-        """Force an output: a bit to 0 or 1, `Status` or `SOW(2)` to 16 bits."""
+        """Force an output: a bit such as `SO02` to 0 or 1, a word such as `SOW(2)` to 16 bits."""
         spans = self._locate(name)
         if spans[0][1] != 0xFF:
             if not isinstance(value, int) or value not in (0, 1):

@@ -1,4 +1,4 @@
-"""The robots of a controller: servos, settings, and each robot as an `Arm`."""
+"""The robots of a controller: servo states, settings, and a class `Arm` for each robot."""
 
 from __future__ import annotations
 
@@ -15,15 +15,16 @@ from rcx_harness.spec.robots import law
 
 __all__ = ["BRAKE", "FREE", "SERVO", "Arm", "RobotSettings", "Servos", "Settings"]
 
-#: Servo state of an axis, as the servo status reference answers it (guide, 4.7.3).
+#: The servo states of an axis, as numbers of the servo status reference (guide, 4.7.3).
 BRAKE, SERVO, FREE = 0, 1, 2
 #: Numbers of the hand systems in points and commands (guide, 4.2.1).
 _RIGHT, _LEFT = 1, 2
-#: Indices (from 0) of the axes that turn the arms of a SCARA robot.
+#: Indices (from 0) of the two axes that turn the arms of a SCARA robot.
 _PLANE = (0, 1)
 #: Default of the max. torque command value [%].
 _FULL_TORQUE = 100
-#: Highest speed of the tool on lines and arcs [mm/s]: SCARA robots, all others (guide, 4.2.1).
+#: Highest speed of the tool on lines and arcs [mm/s]: of SCARA robots, of all other robots (guide,
+#: 4.2.1).
 _SCARA_SPEED, _LINE_SPEED = 1000.0, 750.0
 
 
@@ -45,18 +46,21 @@ class Servos:
         self.set(range(len(self.states)), SERVO)
 
     def switch_all_off(self, *, keep_free: bool = False) -> None:
-        """Switch motor power and servos OFF, and apply the brakes; free axes may stay free."""
+        """Switch motor power and servos OFF and apply the brakes.
+
+        With `keep_free`, the brakes of free axes stay open.
+        """
         self.motor_power = False
         kept = (FREE,) if keep_free else ()
         self.states = [state if state in kept else BRAKE for state in self.states]
 
     def set(self, indices: Iterable[int], state: int) -> None:
-        """Set the state of these axes."""
+        """Set the servo state (BRAKE, SERVO or FREE) of the axes with these indices."""
         for index in indices:
             self.states[index] = state
 
     def are_on(self, indices: Iterable[int]) -> bool:
-        """Return whether the servo of each of these axes is ON."""
+        """Return whether the servos of all axes with these indices are ON."""
         return all(self.states[index] == SERVO for index in indices)
 
     @property
@@ -113,18 +117,18 @@ class Settings:
         self.torque_in_effect = list(self.torque)
 
     def lose_power(self) -> None:
-        """Restore the torques; restore also the other settings if the configuration demands it."""
+        """Restore the torques after a loss of power; if so configured, also the other settings."""
         if self._config.power_loses_settings:
             self.restore()
         else:
             self.restore_torque()
 
     def of(self, robot: int) -> RobotSettings:
-        """Return the settings of robot 1 to 4; robot 0 is robot 1."""
+        """Return the settings of robot 1 to 4; 0 means robot 1."""
         return self._robots[robot or 1]
 
     def begin_movement(self, robot: int, indices: Iterable[int]) -> None:
-        """Put pending settings into effect, because a movement of these axes starts."""
+        """Put the changed torques of the axes into effect, because a movement starts."""
         settings = self.of(robot)
         settings.arm_status = settings.arm
         for index in indices:
@@ -132,12 +136,14 @@ class Settings:
 
 
 class Arm:
-    """One robot of the controller: its axes (places 0 to 5 in the robot), position and settings.
+    """One robot of the controller: its axes, its position and its settings.
+
+    The argument `place` of the methods is the index of an axis in the robot, 0 to 5.
 
     The object reads the state of the controller and has no state of its own.
 
     Attributes:
-        number: 1 to 4.
+        number: Number of the robot, 1 to 4.
         indices: Indices of the robot's axes in the controller; empty if the robot does not exist.
         model: The type of the robot, if the robot file names a type.
         scara: Whether the robot is a SCARA robot.
@@ -151,7 +157,7 @@ class Arm:
         settings: Settings,
         positions: Sequence[int],
     ) -> None:
-        """Read `positions`, the positions of all axes of the controller [pulses]."""
+        """Create the robot; `positions` are those of all axes in the controller [pulses]."""
         self.number = number
         self.config = config
         self.indices = config.axes_of(number)
@@ -164,21 +170,21 @@ class Arm:
 
     @property
     def settings(self) -> RobotSettings:
-        """Return the settings that commands have changed."""
+        """Return the robot's current settings, which remote commands can change."""
         return self._settings.of(self.number)
 
     @property
     def here(self) -> tuple[int, ...]:
-        """Return the position of its axes [pulses]."""
+        """Return the current positions of the robot's axes [pulses]."""
         return tuple(self._positions[index] for index in self.indices)
 
     @property
     def frame(self) -> Frame:
-        """Return the robot's coordinates with the selected shift and hand, and the current arm."""
+        """Return the robot's coordinates with the selected shift, hand and current hand system."""
         return self.frame_with(self.hand_system)
 
     def frame_with(self, hand_system: int) -> Frame:
-        """Return the coordinates with the arm in a hand system: 1 right-handed, 2 left-handed."""
+        """Return the robot's coordinates for a hand system: 1 right-handed, 2 left-handed."""
         hand = self._memory.hand(self.number, self.settings.hand)
         tool = hand.data[:3]
         kinematics: Kinematics = CARTESIAN
@@ -204,8 +210,8 @@ class Arm:
     def hand_system(self) -> int:
         """Return the current hand system: 1 right-handed, 2 left-handed.
 
-        If the robot file names the robot's type, the joints decide; otherwise the last command
-        decides.
+        If the robot file names the robot's type, the joint angles determine the hand system.
+        Otherwise the last command determines it.
         """
         if not (self.model and self.model.scara):
             return _RIGHT + self.settings.arm_status
@@ -214,7 +220,7 @@ class Arm:
 
     @property
     def designated_hand(self) -> int:
-        """Return the arm designation: the hand system of a target in mm without a hand system."""
+        """Return the arm designation, which is the hand system of targets in mm that name none."""
         return _RIGHT + self.settings.arm
 
     @property
@@ -223,7 +229,7 @@ class Arm:
         return _SCARA_SPEED if self.scara else _LINE_SPEED
 
     def parameter(self, name: str, place: int) -> int:
-        """Return the parameter of one of its axes."""
+        """Return the value of a parameter for one axis of the robot."""
         return self._memory.parameters.get(self.number, name, place)
 
     def acceleration(self, place: int) -> float:
@@ -235,7 +241,9 @@ class Arm:
         return highest * self.model.joints[place].slower(law(), load)
 
     def pulses_of(self, data: Sequence[int], *, mm: bool, hand: int) -> tuple[int, ...]:
-        """Convert point data to pulses of its axes; data in pulses ignore shift and hand.
+        """Convert point data to pulses of the robot's axes.
+
+        Shift and hand apply only to data in mm.
 
         With `mm` the data are in 0.001 mm. `hand` is the hand system at the target: 1 right-handed,
         2 left-handed.
@@ -262,10 +270,11 @@ class Arm:
         return round(value * self.axes[place].pulses_per_mm / 1000) if mm else value
 
     def beyond(self, ways: Mapping[int, float], *, mm: bool, hand: int = 0) -> dict[int, int]:
-        """Return the target if each coordinate changes by its distance [pulses or 0.001 mm].
+        """Return the target [pulses] for a change of the coordinates by `ways`.
 
-        In millimetres the coordinates belong to the tool, so other axes may have to move as well.
-        `hand` is the hand system at the target, 0: the current one.
+        The unit of `ways` is pulses, or 0.001 mm with `mm`. In millimetres the coordinates belong
+        to the tool, so other axes may have to move as well. `hand` is the hand system at the
+        target; 0: the current hand system.
         """
         start = self.here
         if not mm:

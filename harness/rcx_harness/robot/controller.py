@@ -1,4 +1,4 @@
-"""The virtual controller: bytes in, bytes out, one call per 5 ms controller cycle."""
+"""The virtual controller. Each call of `cycle` runs one controller cycle of 5 ms."""
 
 from __future__ import annotations
 
@@ -42,11 +42,11 @@ class _State:
         self.forget_master()
 
     def forget_master(self) -> None:
-        """Reset everything that came from the master, as after power-on."""
+        """Reset all state that came from the master to its state after power-on."""
         config = self.machine.config
         self.inputs = DedicatedInputs(config, self.findings)
         self.handshake = Handshake(config, self.findings)
-        self.was_connected: bool | None = None  # None: not checked since power-on
+        self.was_connected: bool | None = None  # None: no check since power-on
         self.seen: bytes | None = None
         self.area = bytes(config.size)
         # time of the next cycle that has work to do without a new image
@@ -56,10 +56,10 @@ class _State:
 class Controller:
     """A robot controller with its EtherNet/IP areas, without the network.
 
-    The same calls always give the same bytes.
+    The same sequence of calls always gives the same bytes.
 
     Args:
-        seed: Determines all delays that are given as a range.
+        seed: Seed of the random numbers. It determines each delay that is configured as a range.
     """
 
     def __init__(self, config: RobotConfig | None = None, seed: int = 0) -> None:
@@ -71,10 +71,10 @@ class Controller:
 
         Args:
             now_us: Time of the cycle, later than the time of the previous cycle [us].
-            si: The area that the master sends (n to n + size - 1); None without a connection.
+            si: The input area from the master (bytes n to n + size - 1); None without a connection.
 
         Returns:
-            The controller's area (m to m + size - 1).
+            The output area of the controller (bytes m to m + size - 1).
         """
         state = self._state
         state.now_us = now_us
@@ -111,13 +111,13 @@ class Controller:
 
     @property
     def workpieces(self) -> dict[int, int]:
-        """Return the workpieces for PUSH, axis index to position [pulses]; may be changed."""
+        """Return the positions of the workpieces for PUSH [pulses], by axis; may be changed."""
         return self._state.machine.motion.workpieces
 
     def place_workpiece(self, axis: int, pulses: int | None) -> None:
-        """Place a workpiece in the way of an axis, or remove it (None); PUSH stops at it.
+        """Place a workpiece at a position at which PUSH stops; None removes the workpiece.
 
-        Axes count from 1 in the whole controller.
+        `axis` counts from 1 over all axes of the controller.
         """
         count = len(self.config.axes)
         if not isinstance(axis, int) or isinstance(axis, bool) or not 1 <= axis <= count:
@@ -132,7 +132,7 @@ class Controller:
 
     @property
     def points(self) -> dict[int, Point]:
-        """Return the points by number; the mapping may be changed."""
+        """Return the stored points by number; the caller may change the mapping."""
         return self._state.machine.points
 
     @property
@@ -142,7 +142,7 @@ class Controller:
 
     @property
     def program(self) -> Programs:
-        """Return the robot programs with their ports and variables."""
+        """Return the object with all robot programs, their ports and their variables."""
         return self._state.machine.program
 
     @property
@@ -156,7 +156,7 @@ class Controller:
 
     @property
     def online(self) -> bool:
-        """Return whether the adapter answers: it has booted and has its own IP address."""
+        """Return whether the adapter answers: it must have booted and have a unique IP address."""
         return self._state.machine.booted and self.config.ip_address == "set"
 
     @property
@@ -176,8 +176,8 @@ class Controller:
     def write_port(self, name: str, value: int) -> None:
         """Write an output as a robot program does: `SO(20)`, `SO2()`, `SOW(2)` or `SOD(2)`.
 
-        If the value is too long, only its lower bits are written. A word that is shared with remote
-        commands is visible only while no response occupies it.
+        If the value is too long, only its lower bits are written. While a response of a remote
+        command uses a shared word, the written value is not visible.
         """
         self.machine.ports.write(port(name), value)
         self._state.wake_us = 0
@@ -207,7 +207,10 @@ class Controller:
         return self._state.findings.drain()
 
     def inject(self, event: str, **args: Any) -> None:
-        """Inject an event before the next cycle; see EVENTS."""
+        """Inject an event, which takes effect before the next cycle.
+
+        EVENTS has the names of all events.
+        """
         state = self._state
         state.machine.now_us = state.now_us
         was_powered = state.machine.powered
@@ -219,7 +222,7 @@ class Controller:
         state.wake_us = 0
 
     def hold(self, name: str) -> None:
-        """Freeze an output (`SO02`, `SOW(2)`, or `Status` with its response) as it is now."""
+        """Hold an output (`SO02`, `SOW(2)`, or `Status` with its response) at its current value."""
         self._state.overlay.freeze(name, self._state.area)
 
     def force(self, name: str, value: int) -> None:
@@ -243,7 +246,7 @@ class Controller:
         return copy.deepcopy(self._state)
 
     def restore(self, snapshot: object) -> None:
-        """Go back to the state of a snapshot; the snapshot can be used again.
+        """Restore the state of a snapshot. The snapshot can be used any number of times.
 
         Raises:
             InputError: the snapshot was made by a controller with another configuration.
@@ -253,7 +256,7 @@ class Controller:
         self._state = copy.deepcopy(snapshot)
 
     def _take_inputs(self, si: bytes | None) -> None:
-        """Take over levels and edges of the dedicated inputs; None means no connection."""
+        """Process the levels and edges of the dedicated inputs; None means no connection."""
         state, machine = self._state, self._state.machine
         if si is None:
             if state.was_connected is not False:
@@ -283,7 +286,7 @@ class Controller:
         state = self._state
         machine_us = state.machine.next_due_us()
         if machine_us == state.now_us:
-            return machine_us  # nothing can be due before the next cycle
+            return machine_us  # no event can be due before the next cycle
         due = (
             machine_us,
             state.inputs.next_due_us(),

@@ -1,4 +1,7 @@
-"""The stored data of the controller. They survive a power cycle; remote commands use them."""
+"""The stored data of the controller, which survive a power cycle.
+
+Remote commands read and change them.
+"""
 
 from __future__ import annotations
 
@@ -33,7 +36,7 @@ _Number = TypeVar("_Number", Fraction, float)
 
 
 def is_real(number: int) -> bool:
-    """Return whether the variable of that number is one of SGR0 to SGR31."""
+    """Return whether the number means a real variable, SGR0 to SGR31."""
     return number >= FIRST_REAL
 
 
@@ -57,19 +60,19 @@ class Memory:
         self.parameters = Parameters(config)
 
     def point(self, number: int) -> Point:
-        """Return point data."""
+        """Return the point with this number; raise CommandError if the point is not defined."""
         if number not in self.points:
             raise CommandError(self.config.undefined_point_alarm)
         return self.points[number]
 
     def comment(self, number: int) -> str:
-        """Return the comment of a point, whether the point is defined or not."""
+        """Return the comment of a point, even if the point itself is not defined."""
         if number not in self.comments:
             self._undefined_data()
         return self.comments.get(number, "")
 
     def pallet(self, number: int) -> Pallet:
-        """Return pallet data."""
+        """Return the pallet with this number; raise CommandError if the pallet is not defined."""
         if number not in self.pallets:
             raise CommandError(self.config.undefined_pallet_alarm)
         return self.pallets[number]
@@ -88,13 +91,15 @@ class Memory:
         return self.changed(first, data)
 
     def changed(self, point: Point, data: tuple[int, ...]) -> Point:
-        """Return a copy of a point in which the data are replaced."""
+        """Return a copy of a point with other data; raise CommandError if a value is too large."""
         if not all(map(fits_integer, data)):
             raise CommandError(self.config.overflow_alarm)
         return Point(data, point.mm, point.hand, point.arm1, point.arm2)
 
     def shift(self, number: int) -> Shift:
-        """Return shift data; all 0 if they are not defined. Shift 0 always exists.
+        """Return the shift with this number; all data are 0 if it is not defined.
+
+        Shift 0 always exists.
 
         Raises:
             CommandError: the shift is not defined, and the configuration has an alarm for this
@@ -105,7 +110,9 @@ class Memory:
         return self.shifts.get(number, (0, 0, 0, 0))
 
     def hand(self, robot: int, number: int) -> Hand:
-        """Return hand data; all 0 if they are not defined. Hand 0 always exists.
+        """Return the hand of a robot; all data are 0 if it is not defined.
+
+        Hand 0 always exists.
 
         Raises:
             CommandError: the hand is not defined, and the configuration has an alarm for this
@@ -122,7 +129,10 @@ class Memory:
 
 
 class Parameters:
-    """The parameters of all robots and axes; a robot's payloads in kg and g are the same value."""
+    """The parameters of all robots and axes.
+
+    The payload in kg and the payload in g share a value.
+    """
 
     def __init__(self, config: RobotConfig) -> None:
         self._config = config
@@ -134,9 +144,9 @@ class Parameters:
                 self._put(name, place, value)
 
     def get(self, robot: int, name: str, axis: int = 0) -> int:
-        """Return a value as in the guide's table.
+        """Return the value of a parameter, in the unit of the guide's table.
 
-        Robot 0 is robot 1, `axis` is 0 to 5 in the robot.
+        Robot 0 means robot 1. `axis` is the index of the axis in the robot, 0 to 5.
         """
         place = self._place(robot, name, axis)
         if name == "WEIGHT":
@@ -144,7 +154,7 @@ class Parameters:
         return self._values.get((name, place), PARAMETER_DEFAULTS[name])
 
     def set(self, robot: int, name: str, value: int, axis: int = 0) -> None:
-        """Store a value; the caller checks its range."""
+        """Set the value of a parameter; the caller checks the range of the value."""
         self._put(name, self._place(robot, name, axis), value)
 
     def _put(self, name: str, place: int, value: int) -> None:
@@ -153,7 +163,7 @@ class Parameters:
         self._values[name, place] = value
 
     def _place(self, robot: int, name: str, axis: int) -> int:
-        """Return the robot's index, or the axis' index into the controller's axes."""
+        """Return the index of the robot, or the index of the axis in the controller."""
         if name in ROBOT_PARAMETERS:
             return (robot or 1) - 1
         return self._config.axes_of(robot)[axis]
@@ -163,8 +173,8 @@ class Variables:
     """Integers of 32 bits and single-precision real numbers, by the numbers of the guide, 4.4.1.
 
     Attributes:
-        integers: SGI0 to SGI31.
-        reals: SGR0 to SGR31.
+        integers: Values of SGI0 to SGI31.
+        reals: Values of SGR0 to SGR31.
     """
 
     def __init__(self, config: RobotConfig) -> None:
@@ -181,18 +191,18 @@ class Variables:
         self.reals = [0.0] * VARIABLES
 
     def value(self, number: int) -> int | float:
-        """Return the variable with that number."""
+        """Return the value of the variable with this number."""
         return self.reals[number - FIRST_REAL] if is_real(number) else self.integers[number]
 
     def assign(self, number: int, value: float) -> None:
-        """Assign a value that is finite in single precision, converted to the variable's type."""
+        """Convert a finite value to the type of the variable, and assign it."""
         if is_real(number):
             self.reals[number - FIRST_REAL] = single(value)
             return
         self.integers[number] = self._integer(Fraction(value))
 
     def calculate(self, number: int, operator: str, value: float) -> None:
-        """Assign variable `operator` value to the variable; the operator is `+`, `-`, `*` or `/`.
+        """Set a variable to the result of `variable operator value`, with `+`, `-`, `*` or `/`.
 
         Two integers are calculated exactly, all other values in single precision. The result is
         then converted to the variable's type.
@@ -217,7 +227,7 @@ class Variables:
 
 
 def _result(first: _Number, operator: str, second: _Number) -> _Number:
-    """Return the result of an operator on two numbers."""
+    """Return the result of the operator `+`, `-`, `*` or `/` for two numbers."""
     if operator == "+":
         return first + second
     if operator == "-":
@@ -226,7 +236,7 @@ def _result(first: _Number, operator: str, second: _Number) -> _Number:
 
 
 def _weights(pallet: Pallet, work: int) -> Mapping[int, Fraction]:
-    """Return the weight of each defining point for a work position.
+    """Return the weights of the pallet's points, which together give a work position.
 
     The corners 0 to 3 are weighted bilinearly in X and Y. The end in Z adds a part of the vector
     from the first point to that end, so the weight of the first point is reduced by this part.
@@ -234,8 +244,9 @@ def _weights(pallet: Pallet, work: int) -> Mapping[int, Fraction]:
     Work positions count from 1; X counts first, then Y, then Z.
 
     Returns:
-        Weight by offset from the pallet's first point, without zero weights: 0 is the first work
-        position, 1 the end in X, 2 the end in Y, 3 the corner of both, 4 the end in Z.
+        Maps the offset from the pallet's first point to the weight; zero weights are left out.
+        Offset 0 is the first work position, 1 the end in X, 2 the end in Y, 3 the corner of X and
+        Y, 4 the end in Z.
     """
     rest, x = divmod(work - 1, pallet.nx)
     z, y = divmod(rest, pallet.ny)
@@ -247,7 +258,7 @@ def _weights(pallet: Pallet, work: int) -> Mapping[int, Fraction]:
 def _interpolated(
     data: Mapping[int, tuple[int, ...]], weight: Mapping[int, Fraction]
 ) -> tuple[int, ...]:
-    """Return the data of a work position per axis, from the data of the points by offset."""
+    """Return the data of a work position, the weighted sum of the data of the pallet's points."""
     axes = zip(*(data[offset] for offset in weight), strict=True)
     return tuple(
         nearest(sum((w * v for w, v in zip(weight.values(), axis, strict=True)), Fraction(0)))
@@ -256,5 +267,5 @@ def _interpolated(
 
 
 def _share(index: int, count: int) -> Fraction:
-    """Return the part of the distance from the first to the last of `count` positions."""
+    """Return position `index` of `count` equidistant positions as a part of the whole distance."""
     return Fraction(index, count - 1) if count > 1 else Fraction(0)

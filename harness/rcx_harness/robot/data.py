@@ -20,9 +20,9 @@ _S = 1_000_000  # [us]
 
 
 class Clock:
-    """Date and time, running on virtual time.
+    """Date and time of the controller, which advance with virtual time.
 
-    It shows `start` at time 0 and continues without power.
+    The clock shows `start` at time 0. It also runs while the controller is switched off.
     """
 
     def __init__(self, start: str) -> None:
@@ -41,7 +41,7 @@ class Clock:
         self._set(now_us, datetime.combine(date(_CENTURY + year, month, day), shown.time()))
 
     def set_time(self, now_us: int, hour: int, minute: int, second: int) -> None:
-        """Change the time to the beginning of that second; the date does not change."""
+        """Set the clock to the beginning of the given second; the date does not change."""
         today = self.now(now_us).date()
         self._set(now_us, datetime.combine(today, time(hour, minute, second)))
 
@@ -66,7 +66,7 @@ class Torques:
         self.directions = [0] * len(config.axes)
 
     def observe(self, positions: Sequence[int]) -> None:
-        """Update the directions; called once in a cycle, after the axes have moved."""
+        """Update `directions`; called once in a cycle, after the axes have moved."""
         if positions == self._before and not any(self.directions):
             return
         pairs = zip(positions, self._before, strict=True)
@@ -138,10 +138,10 @@ class Accumulated:
         self._motor_power = servos.motor_power
 
     def reset_motors(self, indices: Iterable[int], item: int = 0) -> None:
-        """Reset data of these axes.
+        """Reset accumulated data of the axes with these indices.
 
         `item` is 1 for the servo ON count, 2 for the servo ON time, 3 for the moving distance, 0
-        for all.
+        for all three.
         """
         kinds = {1: self.servo_on_counts, 2: self.servo_on_us, 3: self.distances}
         for values in kinds.values() if item == 0 else (kinds[item],):
@@ -149,10 +149,10 @@ class Accumulated:
                 values[index] = 0
 
     def reset_system(self, item: int = 0) -> None:
-        """Reset data of the controller.
+        """Reset accumulated data of the controller.
 
         `item` is 1 for the power ON count, 2 for the motor power ON count, 3 for the operating
-        time, 0 for all.
+        time, 0 for all three.
         """
         names = ("power_on_count", "motor_power_on_count", "operating_us")
         for name in names if item == 0 else (names[item - 1],):
@@ -161,9 +161,9 @@ class Accumulated:
 
 @dataclass(frozen=True)
 class Definition:
-    """The content of an output word: the number of an item and its options.
+    """The definition of a word of the real time output: the number of an item and its options.
 
-    The options of an axis item are robot and axis.
+    The options of an axis item are the numbers of the robot and of the axis.
     """
 
     item: int = 0
@@ -180,7 +180,7 @@ class Definition:
         return every[self.option2 - 1] if 1 <= self.option2 <= len(every) else None
 
     def sound(self, config: RobotConfig) -> bool:
-        """Return whether the item's axis exists, or the item does not need an axis."""
+        """Return whether the definition is valid: its axis exists, or its item needs no axis."""
         of_axis = self.name(config).removesuffix(HIGH_WORD) in QUANTITIES_OF_AXIS
         return not of_axis or self.axis(config) is not None
 
@@ -206,7 +206,7 @@ class RealTimeOutput:
         self._due_us = 0
 
     def enable(self, enabled: bool) -> None:
-        """Start or stop the output; while it is stopped, the words belong to the robot programs."""
+        """Start or stop the output. While the output is stopped, robot programs use the words."""
         self.enabled = enabled
         self._due_us = 0
         if not enabled:
@@ -219,8 +219,8 @@ class RealTimeOutput:
     def observe(self, now_us: int, read: Callable[[str, int], int]) -> None:
         """Update the words at the interval of the configuration.
 
-        `read` is called with the name of a quantity and the index of the axis, and returns a word.
-        An item without a name is 0.
+        `read` is a function that returns a word for the name of a quantity and the index of an
+        axis. The word of an item without a name is 0.
         """
         config = self._config
         if not self.enabled or now_us < self._due_us or config.size < EXTENDED_SIZE:
@@ -232,21 +232,22 @@ class RealTimeOutput:
         self._due_us = now_us + round(config.real_time_interval * 1000)
 
     def lay_over(self, area: bytearray) -> None:
-        """Write the words into an area."""
+        """Write the defined words into an output area."""
         for word, value in self.words.items():
             struct.pack_into("<H", area, 2 * word, value)
 
 
 class Data:
-    """All data of this module; it observes the robots once in a cycle and never changes them.
+    """Clock, torques, accumulated data and real time output of one controller.
 
-    The data survive a power cycle.
+    They survive a power cycle. The object reads the state of the robots once in a cycle and never
+    changes it.
     """
 
     def __init__(
         self, config: RobotConfig, positions: list[int], servos: Servos, settings: Settings
     ) -> None:
-        """Observe these `positions`, `servos` and `settings`."""
+        """Create the data from the `positions`, `servos` and `settings` of the robots."""
         self._config, self._positions, self._servos = config, positions, servos
         self.clock = Clock(config.clock)
         self.torques = Torques(config, servos, settings)
@@ -286,7 +287,7 @@ class Data:
         }
 
     def _of_system(self) -> dict[str, int]:
-        """Return a quantity of the controller; times in s."""
+        """Return a count of the controller, or a time of the controller [s]."""
         return {
             "power_on_count": self.accumulated.power_on_count,
             "motor_power_on_count": self.accumulated.motor_power_on_count,

@@ -1,7 +1,7 @@
 """The recognition of the dedicated inputs: edges, levels and the minimum interval.
 
-Two changes must be at least 100 ms apart (`min_interval`). `_actual` are the inputs of the last
-exchange, and `_taken` are the recognised levels.
+Two changes must be at least 100 ms apart (`min_interval`). `_actual` has the inputs of the last
+exchange, and `_taken` has the recognised levels.
 """
 
 from __future__ import annotations
@@ -19,14 +19,14 @@ _BY_MASK: dict[int, Signal] = {INPUTS[signal.short]: signal for signal in signal
 
 
 class DedicatedInputs:
-    """The state of bytes n+32, n+33 and the reserved bytes over all exchanges."""
+    """The dedicated inputs (bytes n+32 and n+33): recognised levels and violations of the rules."""
 
     def __init__(self, config: RobotConfig, findings: Findings) -> None:
         self._interval_us = round(config.min_interval * 1000)
         self._late_levels = config.late_levels
         self._recovery_edges = config.recovery_edges
         self._findings = findings
-        self._actual: int  # `_actual` and `_taken` are set by the first image
+        self._actual: int  # The first image sets `_actual` and `_taken`.
         self._taken: int
         self._reserved: tuple[int, bytes] = (0, bytes(len(signals().reserved_bytes)))
         self._changed_us: int | None = None
@@ -34,7 +34,7 @@ class DedicatedInputs:
         self._connected = False
 
     def disconnect(self) -> None:
-        """Process a missing connection: the inputs are unknown until the next image."""
+        """Process the loss of the connection. The inputs are unknown until the next image."""
         self._connected = False
 
     def take(self, now_us: int, area: bytes) -> set[str]:
@@ -60,7 +60,7 @@ class DedicatedInputs:
         return bool(self._taken & INPUTS[short])
 
     def next_due_us(self) -> int | None:
-        """Return when a level that still is unrecognised will be recognised [us], or None."""
+        """Return when an unrecognised level will be recognised [us]; None if there is none."""
         return self._settled_at() if self._connected and self._unsettled else None
 
     @property
@@ -71,19 +71,19 @@ class DedicatedInputs:
         return (self._changed_us or 0) + self._interval_us
 
     def _connect(self, now: int) -> set[str]:
-        """Process the first image of a connection; it is not a change by the master."""
+        """Process the first image of a connection, which is not a change by the master."""
         self._connected = True
         self._actual = self._taken = now
         self._changed_us = None
         return _named(now) if self._recovery_edges else set()
 
     def _change(self, now_us: int, changed: int, now: int) -> int:
-        """Process a change; return the mask of recognised OFF to ON edges."""
+        """Process a change of the inputs; return the mask of recognised OFF to ON edges."""
         before = self._actual
         self._actual = now
         # SI(00) and SI(06) turning OFF are always recognised at once. One other change in the same
-        # exchange is not recognised, but it is not a violation either: the master may have written
-        # it earlier within the same packet interval.
+        # exchange is not recognised, but it is not a violation either: the master may have made
+        # that change earlier within the same packet interval.
         stops = changed & before & _STOPS
         others = changed & ~stops
         self._taken &= ~stops
@@ -100,7 +100,7 @@ class DedicatedInputs:
         return rising
 
     def _refusal(self, now_us: int, others: int) -> str:
-        """Return the text about the rule that a change of the bits `others` breaks; empty if none.
+        """Describe the rule that a change of the bits `others` breaks; empty if it breaks no rule.
 
         A change that breaks a rule is not recognised.
         """
@@ -132,7 +132,7 @@ def _named(bits: int) -> set[str]:
 
 
 def _describe(mask: int, now: int) -> str:
-    """Return the changes as text: `SI(01) Servo ON input ON`, joined by `and`."""
+    """Describe the changes of the inputs, for example `SI(01) Servo ON input ON`."""
     return " and ".join(
         f"{signal.signal} {signal.title} {'ON' if now & bit else 'OFF'}"
         for bit, signal in _BY_MASK.items()

@@ -1,4 +1,4 @@
-"""Events at the controller that do not come from the master; a stimulus injects them."""
+"""Events at the controller that do not come from the master. A test or a stimulus injects them."""
 
 from __future__ import annotations
 
@@ -97,12 +97,12 @@ _ACTIONS: dict[str, tuple[str, Callable[..., None]]] = {
     ),
 }
 
-#: Description of each event by its name.
+#: Maps the name of each event to its description.
 EVENTS: dict[str, str] = {name: text for name, (text, _) in _ACTIONS.items()}
 
 
 def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
-    """Apply an event to the machine."""
+    """Apply an event to the machine; raise InputError for an unknown event or argument."""
     if event not in _ACTIONS:
         near = get_close_matches(event, _ACTIONS)
         hint = f"did you mean {' or '.join(near)}" if near else "see rcx run --help"
@@ -121,7 +121,7 @@ def happen(machine: Machine, event: str, args: dict[str, Any]) -> None:
 
 
 def _wrong_arguments(event: str, takes: list[str], args: dict[str, Any]) -> InputError:
-    """Return the error for unknown or missing arguments, with the correct form of the event."""
+    """Return the error for unknown or missing arguments; its hint shows the correct event."""
     if not takes:
         return InputError(f"event {event!r} takes no arguments", hint=f'write robot = "{event}"')
     foreign = [name for name in args if name not in takes]

@@ -15,7 +15,7 @@ class Findings:
         self._drained = 0
 
     def add(self, t_us: int, rule: str, text: str) -> None:
-        """Record a violation."""
+        """Record a violation of a rule at a time."""
         self.every.append(Violation(t_us, rule, text))
 
     def drain(self) -> list[Violation]:

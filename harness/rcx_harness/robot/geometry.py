@@ -1,4 +1,4 @@
-"""Coordinates of a robot in millimetres, and the curves that its tool follows in them.
+"""Coordinates of a robot in millimetres, and the curves on which its tool moves.
 
 Coordinates 1 to 3 are X, Y and Z, the fourth is the rotation R about Z. A factor for each axis
 converts pulses to joint values, and the kinematics convert joint values to the position of the
@@ -32,11 +32,12 @@ class Frame:
 
     Attributes:
         pulses_per_mm: Pulses of each axis per mm, or per degree if the axis turns.
-        shift: X, Y, Z and R of the coordinates.
-        hand: X, Y and Z of the tool.
+        shift: The selected shift of the coordinates: X, Y, Z and R.
+        hand: The offset of the tool from the flange: X, Y and Z.
         on_r: Whether the hand is mounted on the R axis.
-        zeros: Pulses of each axis at 0 mm or 0 degrees; empty: 0.
-        kinematics: The kinematics of the robot, and the arm to use for `to_pulses`.
+        zeros: Pulses of each axis at 0 mm or 0 degrees; empty if all are 0.
+        kinematics: The kinematics of the robot; for a SCARA robot, with the hand system of
+            `to_pulses`.
     """
 
     pulses_per_mm: tuple[float, ...]
@@ -53,11 +54,11 @@ class Frame:
 
     @property
     def turning_hand(self) -> bool:
-        """Return whether a turn of the R axis moves the tool."""
+        """Return whether a turn of the R axis also moves the tool in X and Y."""
         return self.on_r and len(self.pulses_per_mm) > _R and any(self.hand[:2])
 
     def to_mm(self, pulses: Sequence[float]) -> tuple[float, ...]:
-        """Return the position of the tool in the shifted coordinates."""
+        """Convert pulses of the axes to the position of the tool in the shifted coordinates."""
         own = self.kinematics.forward(self._joints(pulses))
         if self._plain:
             return tuple(own)
@@ -68,7 +69,7 @@ class Frame:
         return tuple(mm[: len(own)])
 
     def to_pulses(self, mm: Sequence[float]) -> tuple[float, ...]:
-        """Return the positions of the axes for the tool at `mm`; not rounded."""
+        """Convert a position of the tool to pulses of the axes, which are not rounded."""
         own = list(mm)
         if not self._plain:
             own = _padded(own)
@@ -79,7 +80,7 @@ class Frame:
         return self._from_zero([value * per / 1000 for value, per in joints])
 
     def bend(self, pulses: Sequence[float]) -> float | None:
-        """Return the bend of the arm [degree], positive right-handed; None without an arm.
+        """Return the bend of the arm [degree], positive if right-handed; None without an arm.
 
         The bend of the stretched arm is 0.
         """
@@ -88,8 +89,8 @@ class Frame:
     def tool_to_mm(self, mm: Sequence[float], way: Sequence[float]) -> tuple[float, ...]:
         """Return the position of the tool after a movement from `mm` by `way` in tool coordinates.
 
-        If the hand is mounted on the R axis, the R axis turns these coordinates. Otherwise they are
-        parallel to the coordinates of the robot.
+        If the hand is mounted on the R axis, the R axis turns the tool coordinates. Otherwise the
+        tool coordinates are parallel to the coordinates of the robot.
         """
         ways = list(way)
         if self.on_r and len(mm) > _R:
@@ -111,7 +112,7 @@ class Frame:
 
     @property
     def _turn(self) -> float:
-        """Return the rotation of the coordinates; 0 for a robot with one axis."""
+        """Return the rotation of the shifted coordinates; 0 for a robot with one axis."""
         return self.shift[_R] if len(self.pulses_per_mm) > _Y else 0.0
 
     def _tool(self, r: float) -> tuple[float, float, float, float]:
@@ -135,10 +136,10 @@ def _turned(x: float, y: float, angle: float) -> tuple[float, float]:
 
 
 class Curve(Protocol):
-    """A curve; a position on it is given by a part of its length, 0 to 1.
+    """A curve of the tool. The part of its length, 0 to 1, determines a position on the curve.
 
     Attributes:
-        length: Length in X, Y and Z; if the other axes together move farther, their distance.
+        length: Length in X, Y and Z, or the distance of the other axes together if that is longer.
         samples: Number of parts of the curve; each part is treated as straight.
     """
 
@@ -165,9 +166,10 @@ class Line:
 
 
 class Arc:
-    """The part of a circle from start through `via` to the end, by X, Y and Z.
+    """The part of a circle from start through `via` to the end, in X, Y and Z.
 
-    The other axes pass `via` at the same time and move evenly before and after it.
+    The other axes reach their values of `via` at the same time. Before and after `via` they move
+    evenly.
 
     Raises:
         ValueError: the three points are on a line, so there is no circle.
@@ -180,10 +182,10 @@ class Arc:
         self._size = len(start)
         a, b, c = (_space(part) for part in (start, via, end))
         first, whole = _minus(b, a), _minus(c, a)
-        # The centre is the circumcentre of the triangle start, via, end. With f = via - start and
-        # w = end - start it is start + ((|f|^2 w - |w|^2 f) x n) / (2 |n|^2), n = f x w. Points on
-        # one line have n = 0. `_v` is `_u` turned by 90 degrees in the plane of the circle, so
-        # that the angle grows from the start through `via` to the end.
+        # The centre of the circle is the circumcentre of the triangle start, via, end. Let f = via
+        # - start, w = end - start and n = f x w. Then the centre is start + ((|f|^2 w - |w|^2 f) x
+        # n) / (2 |n|^2). Points on one line have n = 0. `_v` is `_u` turned by 90 degrees in the
+        # plane of the circle. The angle therefore grows from the start through `via` to the end.
         normal = _cross(first, whole)
         if math.hypot(*normal) <= _FLAT * math.hypot(*first) * math.hypot(*whole):
             raise ValueError("no circle goes through three points on one line")
@@ -191,7 +193,7 @@ class Arc:
                 for f, w in zip(first, whole, strict=True)]  # fmt: skip
         to_centre = [part / (2 * _dot(normal, normal)) for part in _cross(bend, normal)]
         self._centre = [p + d for p, d in zip(a, to_centre, strict=True)]
-        self._u = [-part for part in to_centre]  # from the centre to the start
+        self._u = [-part for part in to_centre]  # vector from the centre to the start
         radius = math.hypot(*self._u)
         self._v = [part / math.hypot(*normal) for part in _cross(normal, self._u)]
         self._angle = self._angle_of(c)
@@ -217,10 +219,10 @@ class Arc:
 
 
 class Chain:
-    """Curves that follow each other; each begins where the one before ends."""
+    """A curve that joins several curves; each curve begins at the end of the curve before it."""
 
     def __init__(self, curves: Sequence[Curve]) -> None:
-        """Join the curves; at least one length must be above 0."""
+        """Join the curves; the length of at least one curve must be above 0."""
         self._curves = [curve for curve in curves if curve.length] or list(curves[:1])
         self._ends = [*accumulate(curve.length for curve in self._curves)]
         self.length = self._ends[-1]
@@ -238,16 +240,16 @@ class Chain:
 
     @property
     def last(self) -> float:
-        """Return the part of the length at which the last curve begins."""
+        """Return the position at which the last curve begins, as a part of the whole length."""
         return 1.0 - self._curves[-1].length / self.length if self.length else 0.0
 
 
-#: Least number of parts of each curve of a chain, and greatest number of parts of a whole chain.
+#: The smallest number of samples for each curve of a chain, and the greatest number for the chain.
 _PARTS, _MOST_PARTS = 64, 8192
 
 
 def _space(point: Sequence[float]) -> list[float]:
-    """Return X, Y and Z; axes that do not exist are 0."""
+    """Return X, Y and Z of a position; a missing coordinate is 0."""
     return [*point[:_XYZ], *[0.0] * (_XYZ - len(point))]
 
 

@@ -27,7 +27,7 @@ __all__ = ["Handshake", "Kind", "Phase", "Words"]
 
 Words = tuple[int, ...]
 
-_ROBOT, _AXIS = 0, 1  # kind and detail of a Place
+_ROBOT, _AXIS = 0, 1  # values of `kind` and `detail` of a Place
 
 
 class Phase(Enum):
@@ -42,7 +42,7 @@ class Phase(Enum):
 
 
 class Kind(Enum):
-    """The expected duration of a command."""
+    """The course of a command: refused, short or lasting."""
 
     REFUSED = "it ends abnormally as soon as it is begun"
     SHORT = "it acts once, `command_delay` after it was begun"
@@ -68,18 +68,18 @@ class Handshake:
         self._execution: Execution | None = None
         self._failure: CommandError | None = None
         self._blocked = 0  # a code that was set before the ready status; it is never executed
-        # commands that continue although their status is no longer shown
+        # commands that are still executed although their status is no longer shown
         self._unseen: list[Execution] = []
         self._waits = False  # whether an early code will be accepted in the next cycle
         self._reported = 0  # the last code that was reported as set too early
 
     @property
     def shown(self) -> Words:
-        """Return words m to m+30."""
+        """Return the words m to m+30 for the output area."""
         return self._shown
 
     def takes(self, machine: Machine) -> Kind:
-        """Return the kind of the accepted command in the current state of the machine."""
+        """Return whether the accepted command is refused, short or lasting in the current state."""
         try:
             call = _check(machine, self._taken)
         except CommandError:
@@ -87,13 +87,13 @@ class Handshake:
         return Kind.SHORT if acts_once(call.code) else Kind.LASTING
 
     def next_due_us(self, now_us: int) -> int | None:
-        """Return when the handshake continues by itself; None if it waits for the master."""
+        """Return when the handshake continues by itself [us]; None if it waits for the master."""
         if self._unseen or self._waits or self.phase in (Phase.RUNNING, Phase.ABANDONED):
             return now_us
         return self._due_us if self.phase in (Phase.ACCEPTING, Phase.CLEARING) else None
 
     def step(self, machine: Machine, words: Words) -> None:
-        """Process one cycle with the words that the master sends."""
+        """Process the words n to n+30 that the master sends in this cycle."""
         self._unseen = [one for one in self._unseen if _goes_on(one, machine)]
         if self.phase is Phase.READY:
             self._look_for_command(machine, words)
@@ -116,7 +116,7 @@ class Handshake:
     def connect(self, words: Words) -> None:
         """Process the first image of a connection.
 
-        Unless configured otherwise, a code in this image is not executed.
+        By default, a command code in this first image is not executed.
         """
         if not self._config.first_image_commands:
             self._blocked = words[0]
@@ -124,8 +124,8 @@ class Handshake:
     def disconnect(self, machine: Machine) -> None:
         """Process the loss of the link.
 
-        A running command that is not stoppable ends abnormally; its end status is shown until a
-        reset. Any other command is dropped, and the handshake is ready again.
+        A running command that is not stoppable ends abnormally, and its end status stays until a
+        reset. Any other command is dropped, and the handshake returns to the ready status.
         """
         self._unseen.clear()
         if self.phase is Phase.RUNNING and self._execution and not self._execution.stoppable:
@@ -153,7 +153,7 @@ class Handshake:
     def _report_early_code(self, machine: Machine, words: Words) -> None:
         """Record a violation if a code is set while the status is not 0x0000.
 
-        The code is not executed now; each code is reported once.
+        The code is not executed in this cycle. Each code is reported only once.
         """
         known, self._reported = self._reported, words[0]
         if words[0] in (0, known):
@@ -167,7 +167,7 @@ class Handshake:
         self._findings.add(machine.now_us, "ready-first", text)
 
     def _change(self, machine: Machine, words: Words) -> None:
-        """Process a change of code or data before the end status."""
+        """Process a change of the command code or data before the end status."""
         # Code 0 during a stoppable command (jog) is its regular end, not a violation. Any other
         # change is a violation, and a command that is already executed cannot be recalled. The
         # configuration decides how it continues: with RUN shown until its end (ABANDONED), or
@@ -191,7 +191,7 @@ class Handshake:
         self._findings.add(machine.now_us, "hold-command", text)
         if self._execution and not stoppable:
             if self._config.changed_command_status == "run":
-                self._reported = words[0]  # the violation above already reports this code
+                self._reported = words[0]  # the violation already reports the new code
                 self._show(RUN, WORDS_AT_REST[1:])
                 self.phase = Phase.ABANDONED
                 return
@@ -256,7 +256,7 @@ class Handshake:
         self.phase = Phase.ENDED
 
     def _rest(self, words: Words) -> None:
-        """Return to the command ready status; treat a code in `words` as set too early."""
+        """Return to the command ready status; a code in `words` counts as set too early."""
         self._execution = None
         self._shown = WORDS_AT_REST
         self._waits = self._config.early_command_waits and words[0] != 0
@@ -268,7 +268,7 @@ class Handshake:
 
 
 def _goes_on(execution: Execution, machine: Machine) -> bool:
-    """Continue a command without showing its status; return False once it has ended."""
+    """Execute a command for one cycle without showing a status; return False once it has ended."""
     try:
         return execution.step(machine) is None
     except CommandError:
@@ -280,9 +280,9 @@ def _command(words: Words) -> Command:
 
 
 def _place(code: int, failure: CommandError) -> Place | None:
-    """Return the robot (and axis) from which a command's alarm comes; None for the controller."""
+    """Return the robot and axis of a command's alarm; None if the controller raised the alarm."""
     entry = commands().get(code & 0x0FFF)
-    own = failure.number.startswith("12.")  # alarms of stops and of the network have no robot
+    own = failure.number.startswith("12.")  # stop and network alarms belong to no robot
     if entry is None or not entry.robot or own:
         return None
     axis = (_AXIS, failure.axis) if failure.axis else (0, 0)

@@ -1,7 +1,7 @@
 """Forward and inverse kinematics of the robots, in closed form.
 
-Joints are in 0.001 degree if they turn, else in 0.001 mm. Positions are X, Y, Z [0.001 mm] and R
-[0.001 degree] in the robot's own coordinates, then any further axes, which are not converted. Z is
+Joint values are in 0.001 degree for a turning joint, else in 0.001 mm. Positions are X, Y, Z [0.001
+mm] and R [0.001 degree] in the robot's own coordinates. Further axes follow unconverted. Z is
 positive downwards, as the controller counts it.
 """
 
@@ -14,7 +14,7 @@ from dataclasses import dataclass
 __all__ = ["CARTESIAN", "Kinematics", "Scara", "UnreachableError"]
 
 _X, _Y, _Z, _R = range(4)
-_UNIT = 1000.0  # joint units in one degree
+_UNIT = 1000.0  # number of joint units (0.001 degree) in one degree
 _HALF_TURN, _TURN = 180 * _UNIT, 360 * _UNIT
 
 
@@ -30,15 +30,15 @@ class _Cartesian:
     left = False
 
     def forward(self, joints: Sequence[float]) -> list[float]:
-        """Return the joints themselves."""
+        """Convert joint values to a position: the values are the same."""
         return list(joints)
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """Return the position itself."""
+        """Convert a position to joint values: the values are the same."""
         return list(place)
 
     def bend(self, joints: Sequence[float]) -> float | None:
-        """Return None: there is no arm."""
+        """Return None, because a Cartesian robot has no arm that bends."""
         return None
 
 
@@ -50,14 +50,15 @@ class Scara:
     """Two arms that turn about vertical axes, then Z and R.
 
     At 0 degrees of axes 1 and 2 the arms are stretched along Y, the front; positive angles turn
-    from X to Y. R is the sum of the three angles; the offset of 90 degrees makes R 90 there. If
-    axis 2 is positive, the arm is right-handed: the elbow is on the right of the line from the base
-    to the hand.
+    from X to Y. R is the sum of the three angles plus 90 degrees, so R is 90 for the stretched arm.
+    If axis 2 is positive, the arm is right-handed: the elbow is on the right of the line from the
+    base to the hand.
 
     Attributes:
-        arm1: Length [0.001 mm].
-        arm2: Length [0.001 mm].
-        offset: Angle from arm 2 to the line to the hand [0.001 degree]; 0 if the hand is on R.
+        arm1: Length of arm 1 [0.001 mm].
+        arm2: Length of arm 2 [0.001 mm].
+        offset: Angle between arm 2 and the line from the elbow to the hand [0.001 degree]; 0 if the
+            hand is on the R axis.
         left: Whether the left-handed solution for the joints is used; otherwise the right-handed
             solution.
     """
@@ -71,7 +72,7 @@ class Scara:
     _front = 90 * _UNIT
 
     def forward(self, joints: Sequence[float]) -> list[float]:
-        """Return the position of the flange."""
+        """Convert joint values to the position of the flange."""
         first = self._front + joints[_X]
         second = first + joints[_Y] + self.offset
         x1, y1 = _polar(self.arm1, first)
@@ -80,11 +81,11 @@ class Scara:
         return [x1 + x2, y1 + y2, *joints[_Z:_R], *r, *joints[_R + 1 :]]
 
     def inverse(self, place: Sequence[float]) -> list[float]:
-        """Return the joints for the hand system; axes 1 and 2 from -180 to 180 degrees."""
+        """Convert a position to joint values; axes 1 and 2 are from -180 to 180 degrees."""
         # The law of cosines gives the bend at the elbow from the distance to the base. Both signs
         # of the bend are solutions, and `left` selects one. Axis 1 is the direction of the hand
-        # minus its direction if axis 1 were at 0. The tolerance of 1e-12 accepts the stretched arm
-        # in spite of rounding.
+        # minus the direction that the hand has with axis 1 at 0. The tolerance of 1e-12 accepts the
+        # stretched arm in spite of rounding.
         x, y = place[_X], place[_Y]
         far = x * x + y * y
         cosine = (far - self.arm1**2 - self.arm2**2) / (2 * self.arm1 * self.arm2)
@@ -101,13 +102,13 @@ class Scara:
         return [first, second, *place[_Z:_R], *r, *place[_R + 1 :]]
 
     def bend(self, joints: Sequence[float]) -> float | None:
-        """Return the angle between arm 1 and the line to the hand [degree]."""
+        """Return the angle between arm 1 and the line from the elbow to the hand [degree]."""
         angle = joints[_Y] + self.offset
         return ((angle + _HALF_TURN) % _TURN - _HALF_TURN) / _UNIT
 
 
-#: The kinematics of a robot type. `straight`: if the tool moves on a line, the joints move in
-#: proportion; `left`: use the left-handed solution.
+#: The kinematics of a robot type. `straight`: the joints move in proportion while the tool moves on
+#: a line. `left`: the left-handed solution is used.
 Kinematics = _Cartesian | Scara
 
 

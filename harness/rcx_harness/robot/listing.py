@@ -13,8 +13,8 @@ __all__ = ["Tasks", "listings", "task_places"]
 def listings(controller: Controller) -> list[dict[str, Any]]:
     """Return the programs of a controller, in the order of their numbers.
 
-    Each entry has the `name`, the `lines` as written, and the name of the `file` if there is one; a
-    program that is only a duration has no lines. If no program is a text, the list is empty.
+    Each entry has the `name`, the `lines` as written, and the name of the `file` if there is one. A
+    program that is only a duration has no lines. If no program has a text, the list is empty.
     """
     programs = controller.config.programs
     if not any(program.text for program in programs):
@@ -46,9 +46,9 @@ def task_places(controller: Controller) -> tuple[dict[str, Any], ...]:
 
 
 class Tasks:
-    """The tasks of a controller for a trace, which stores them only when they have changed.
+    """The tasks of a controller for a trace. A trace stores the tasks only when they have changed.
 
-    If no program is a text, they never change.
+    If no program has a text, the tasks never change.
     """
 
     def __init__(self, controller: Controller) -> None:
@@ -57,7 +57,7 @@ class Tasks:
         self.forget()
 
     def forget(self) -> None:
-        """Let the next call of `changed` return the tasks in any case."""
+        """Forget the last tasks, so that the next call of `changed` returns the tasks."""
         self._seen: list[Any] = []
         self._places: tuple[dict[str, Any], ...] | None = None
 
@@ -65,7 +65,8 @@ class Tasks:
         """Return `task_places` if they have changed since the last call; else None."""
         if not self._has_text:
             return None
-        # A cheap comparison first: this is called in every cycle, and usually nothing has changed.
+        # A cheap comparison comes first, because this method runs in every cycle and the tasks
+        # rarely change.
         programs = self._controller.program
         seen = [programs, *((one.number, one.at, one.state) for one in programs.tasks)]
         seen.append(self._controller.machine.powered)

@@ -1,7 +1,8 @@
-"""The state from which a controller's areas are made: power, stops, servo, program, motion, alarms.
+"""The state of a controller: power, stops, servos, programs, motion and alarms.
 
-This module does not handle bytes. Every delayed answer is entered in `pending` with the time at
-which it is due. The state therefore depends only on the calls and their times.
+The bytes of the areas are made from this state in other modules. Every delayed answer is entered in
+`pending` with the time at which it is due. The state therefore depends only on the calls and their
+times.
 """
 
 from __future__ import annotations
@@ -32,7 +33,7 @@ class Machine:
     """
 
     def __init__(self, config: RobotConfig, seed: int, perform: Perform) -> None:
-        """Start a controller; `perform` executes the statements of robot programs that move it."""
+        """Create a controller; `perform` executes program statements that are remote commands."""
         self.perform = perform
         self.config = config
         self.rng = random.Random(seed)
@@ -70,7 +71,8 @@ class Machine:
         self.data.accumulated.power_on()
         self.booted = False
         self.si00 = self.si06 = self.si10 = False
-        # until SI(00) is ON; no alarm is raised because this is the state at power-on
+        # Emergency stop until SI(00) is ON. No alarm is raised, because this is the normal state at
+        # power-on.
         self.emergency = True
         self.link = "none"
         self.auto_mode = self._auto_selected
@@ -82,7 +84,7 @@ class Machine:
         self.schedule("boot_time")
 
     def power_off(self) -> None:
-        """Switch the controller off and drop all state that is not stored."""
+        """Switch the controller off; all state that is not stored is lost."""
         if self.powered:
             self.data.observe(self.now_us)
         self.powered = self.booted = False
@@ -105,7 +107,7 @@ class Machine:
 
     @property
     def mp_ready(self) -> bool:
-        """Return SO(04): whether the servo ON input may switch the servos on."""
+        """Return SO(04), whether the servo ON input can switch the servos on."""
         config = self.config
         if not self.main_power:
             return False
@@ -116,7 +118,7 @@ class Machine:
 
     @property
     def servo_on(self) -> bool:
-        """Return SO(02): whether the motor power is ON."""
+        """Return SO(02), whether the motor power is ON."""
         return self.servos.motor_power
 
     @property
@@ -126,7 +128,7 @@ class Machine:
 
     @property
     def origin_complete(self) -> bool:
-        """Return SO(11): whether the return-to-origin of every axis is complete."""
+        """Return SO(11), whether the return-to-origin of every axis is complete."""
         return all(self.origins.complete)
 
     @property
@@ -134,11 +136,11 @@ class Machine:
         return self.auto_input and not self.manual_lock
 
     def advance(self, now_us: int) -> None:
-        """Advance the state to `now_us`: due answers, the programs and the movements."""
+        """Advance the state to `now_us`: first due answers, then programs and movements."""
         self.now_us = now_us
-        # Stops come first, so that an answer which is due in this cycle (such as servo ON) is
-        # checked against them. Each answer may change the stops again. Programs and movements
-        # then see the final state of the cycle.
+        # Process the stops first, because they may block an answer of this cycle, such as servo ON.
+        # Each answer may change the stops again. Programs and movements come last, so that they use
+        # the final state of the cycle.
         self._follow_stops()
         while self.pending and self._answer_next():
             self._follow_stops()
@@ -148,7 +150,7 @@ class Machine:
         self.data.observe(self.now_us)
 
     def next_due_us(self) -> int | None:
-        """Return when the state changes next by itself [us]; None if nothing is under way."""
+        """Return when the state next changes by itself [us]; None if no change is pending."""
         if self.motion.under_way:
             return self.now_us
         due = list(self.pending.values())
@@ -159,7 +161,7 @@ class Machine:
         return min(due, default=None)
 
     def raise_alarm(self, number: str, *, serious: bool | None = None) -> None:
-        """Raise an alarm; a serious alarm stops the robot and switches the servos off."""
+        """Raise an alarm; a serious alarm stops all robots and switches the servos off."""
         if serious is None:
             serious = number not in self.config.minor_alarms
         if not serious:
@@ -173,7 +175,7 @@ class Machine:
         """Reset all alarms that can be reset.
 
         Returns:
-            The number of a remaining alarm, or an empty string.
+            The number of an alarm that is still active; empty if no alarm is active.
         """
         lasting = list(self.config.power_restart_alarms)
         if self.emergency and not self.config.reset_in_emergency_stop:
@@ -193,7 +195,7 @@ class Machine:
             self.raise_alarm(EMERGENCY_STOP, serious=True)
 
     def switch_main_power(self, on: bool) -> None:
-        """Switch the power of the motors; without it the servos cannot be switched on."""
+        """Switch the main power of the motors, without which the servos cannot be switched on."""
         config = self.config
         self.main_power = on
         if on:
@@ -213,10 +215,9 @@ class Machine:
         """Raise CommandError if the robot may not start a movement.
 
         Movements are refused in emergency stop, in stop, with servos off, with a serious alarm,
-        during a program (if so configured), and while the robot is already moving.
-
-        `places` are the places of the moving axes; None: all axes. With `by_program` a robot
-        program moves them.
+        during a program (if so configured), and while the robot is already moving. `places` are the
+        indices of the moving axes in the robot; None: all axes. With `by_program` a robot program
+        starts the movement.
         """
         config = self.config
         indices = arm.indices if places is None else [arm.indices[place] for place in places]
@@ -254,7 +255,7 @@ class Machine:
     def return_to_origin(
         self, groups: Iterable[tuple[int, ...]], *, by_command: bool = False
     ) -> OriginRun:
-        """Start a return-to-origin of these axes, one group after the other."""
+        """Start a return-to-origin of the given groups of axes, one group after the other."""
         run = self.origins.begin(groups, by_command=by_command)
         for index in run.axes:
             self.motion.forget(self.config.axes[index].robot)
@@ -262,7 +263,7 @@ class Machine:
         return run
 
     def halt_axes(self, indices: Iterable[int], number: str) -> None:
-        """End all motion of these axes, with the alarm `number` as its reason."""
+        """End all motion of these axes because of the alarm `number`."""
         axes = set(indices)
         self.motion.stop(self.now_us, self.positions, number, axes)
         if self.origins.moves(axes):
@@ -273,15 +274,16 @@ class Machine:
     ) -> None:
         """Switch all servos off and end all motion, with the alarm `number` as its reason.
 
-        With `lock`, all brakes are applied, even the brakes of free axes (guide, 4.2.20); otherwise
-        the configuration decides. With `stop_programs` the robot programs stop as well.
+        With `lock`, all brakes are applied, also those of free axes (guide, 4.2.20). Without
+        `lock`, the configuration determines the state of free axes. With `stop_programs` the robot
+        programs stop as well.
         """
         self.servos.switch_all_off(keep_free=not (lock or self.config.servo_off_brakes_free_axes))
         self.pending.pop("servo_on_delay", None)
         self._halt(number, stop_programs=stop_programs)
 
     def draw_us(self, key: str) -> int:
-        """Return a configured delay [us]; a range is resolved by a random draw from the seed."""
+        """Return a configured delay [us]; a delay from a range is drawn with the random numbers."""
         delay = getattr(self.config, key)
         low, high = delay if isinstance(delay, tuple) else (delay, delay)
         return self.rng.randint(round(low * 1000), round(high * 1000))
@@ -291,8 +293,8 @@ class Machine:
     ) -> None:
         """Switch the SAFETY connector's AUTO input or the programming box's manual lock.
 
-        AUTO mode needs the AUTO input ON and the lock OFF. Leaving it stops the program if so
-        configured.
+        AUTO mode needs the AUTO input ON and the lock OFF. If so configured, the end of AUTO mode
+        stops the program.
         """
         self.auto_input = self.auto_input if auto_input is None else auto_input
         self.manual_lock = self.manual_lock if manual_lock is None else manual_lock
@@ -319,11 +321,11 @@ class Machine:
         return True
 
     def schedule(self, key: str) -> None:
-        """Schedule an answer (`_on_<key>`) after its configured delay.
+        """Schedule the method `_on_<key>` after its configured delay.
 
-        An answer that is already pending keeps its time.
+        If the method is already scheduled, its time does not change.
         """
-        if key not in self.pending:  # a second draw would shift later draws
+        if key not in self.pending:  # A second draw would change all later random delays.
             self.pending[key] = self.now_us + self.draw_us(key)
 
     def pendant_blocks(self) -> bool:
@@ -349,7 +351,7 @@ class Machine:
         return self.auto_mode or not self.config.start_needs_auto
 
     def _follow_stops(self) -> None:
-        # Emergency stop and sequence control follow the levels of their inputs, not their edges.
+        # Emergency stop and sequence control depend on the levels of their inputs, not on edges.
         # Each change of state takes a configured delay. If the level changes back during the delay
         # of a release or of the sequence, the pending answer is cancelled. An emergency stop that
         # has been requested is never cancelled. A stop input that is OFF ends motion in every
@@ -391,7 +393,7 @@ class Machine:
         return self.origins.interrupt(number)
 
     def _halt(self, number: str, *, stop_programs: bool = True) -> None:
-        """End movements, return-to-origin and (with `stop_programs`) programs at once."""
+        """End movements and return-to-origin at once; with `stop_programs`, also the programs."""
         self.motion.stop(self.now_us, self.positions, number)
         self._stop_origin(number)
         if stop_programs:

@@ -1,4 +1,4 @@
-"""Movements, at most one per robot and independent of each other, and returns to origin."""
+"""Movements, at most one for each robot, and the return-to-origin of the axes."""
 
 from __future__ import annotations
 
@@ -17,20 +17,21 @@ _OTHERS = ("incremental", "semi_absolute")
 
 @dataclass(eq=False)
 class Movement:
-    """A movement under way.
+    """The movement of one robot, and its progress.
 
     Attributes:
-        duration_us: From start to target [us].
-        relative: Key that recognises the repetition of a relative movement (MOVEI, DRIVEI), else
-            None.
+        duration_us: Time from start to target [us].
+        relative: Identifies a relative movement (MOVEI, DRIVEI), so that its repetition is
+            recognised; None for other movements.
         tolerance: For each axis, the distance to its target at which it counts as arrived [pulses].
-        pushing: Whether its axis stops at workpieces.
+        pushing: Whether the axis of the movement stops at a workpiece (PUSH).
         by_program: Whether a robot program has started the movement.
         out_positions: OUT position range of each axis [pulses]; None until a program needs it.
         continuous: Whether the next movement of the program may begin in the OUT position range.
         done: Whether all axes are within their tolerances, or the target is reached.
         finished: Whether the target is reached exactly.
-        stopped_by: Number of the alarm that stopped the movement before its target, else empty.
+        stopped_by: Number of the alarm that stopped the movement before its target; empty if no
+            alarm has stopped it.
         blocked_us: Time since which a pushing axis is stopped by a workpiece, else None.
     """
 
@@ -48,8 +49,8 @@ class Movement:
     blocked_us: int | None = None
 
     def __post_init__(self) -> None:
-        """Calculate the duration."""
-        # Rounded to 0.001 us first, because a rounding error must not add a cycle.
+        """Calculate the duration from the path."""
+        # Round to 0.001 us first, so that a rounding error does not add a cycle.
         self.duration_us = math.ceil(round(self.path.seconds * 1e6, 3))
 
     def advance(self, now_us: int, positions: list[int], workpieces: Mapping[int, int]) -> None:
@@ -69,7 +70,7 @@ class Movement:
         self.done = self.finished or (near and not blocked)
 
     def is_near(self, now_us: int, positions: list[int], axes: Collection[int]) -> bool:
-        """Return whether these axes are within their tolerances, if they move at all."""
+        """Return whether all moving axes of `axes` are within their tolerances."""
         if (now_us - self.start_us) < self.path.approach * 1e6:
             return self.path.target.keys().isdisjoint(axes)
         tolerance = self.tolerance or {}
@@ -80,7 +81,7 @@ class Movement:
         )
 
     def _hold_at(self, workpieces: Mapping[int, int], positions: list[int]) -> bool:
-        """Stop the axes at workpieces in their way; return whether there is a workpiece."""
+        """Stop the axes at workpieces on their path; return whether any axis was stopped."""
         held = False
         for index, start in self.path.at(0.0).items():
             if index in workpieces:
@@ -100,7 +101,7 @@ class Movement:
 
 
 class Motion:
-    """All movements, by robot.
+    """The movements of all robots.
 
     Attributes:
         workpieces: Position [pulses] of the workpiece that stops a pushing axis, by axis index.
@@ -113,20 +114,20 @@ class Motion:
 
     @property
     def under_way(self) -> bool:
-        """Return whether any robot moves."""
+        """Return whether any robot is moving."""
         return bool(self._movements)
 
     def moving(self, robot: int) -> bool:
-        """Return whether the robot moves."""
+        """Return whether the robot with this number is moving."""
         movement = self._movements.get(robot)
         return movement is not None and not movement.done
 
     def under_way_of(self, robot: int) -> Movement | None:
-        """Return the movement of a robot, or None if it does not move."""
+        """Return the unfinished movement of a robot; None if there is none."""
         return self._movements.get(robot)
 
     def start(self, robot: int, movement: Movement) -> None:
-        """Start a movement, and forget an interrupted movement."""
+        """Start a movement of a robot, and forget the interrupted movement of this robot."""
         self.forget(robot)
         self._movements[robot] = movement
 
@@ -140,10 +141,10 @@ class Motion:
     def stop(
         self, now_us: int, positions: list[int], number: str, axes: Collection[int] | None = None
     ) -> None:
-        """Stop movements because of an alarm; their axes stay where they are.
+        """Stop movements at their current positions because of the alarm `number`.
 
-        The entries of `positions` [pulses] are updated. `number` is the alarm. With `axes`, only
-        movements of one of these axes stop.
+        The entries of `positions` [pulses] are updated. If `axes` are given, only movements of
+        these axes stop.
         """
         self.advance(now_us, positions)
         for robot, movement in list(self._movements.items()):
@@ -156,13 +157,13 @@ class Motion:
                     self._interrupted[robot] = (movement.relative, movement.path.target)
 
     def cancel(self, robot: int) -> None:
-        """End a movement at its current position, without an alarm."""
+        """End the movement of a robot at its current position, without an alarm."""
         self._movements.pop(robot, None)
 
     def forget(self, robot: int | None = None) -> None:
         """Forget the interrupted relative movement of a robot, or of all robots.
 
-        Its repetition then starts from the current position.
+        A repetition of the movement then starts from the current position.
         """
         if robot is None:
             self._interrupted.clear()
@@ -170,21 +171,23 @@ class Motion:
             self._interrupted.pop(robot, None)
 
     def kept_target(self, robot: int, relative: Hashable) -> Mapping[int, int] | None:
-        """Return the target (index to pulses) of the interrupted movement with the key, or None."""
+        """Return the target of the interrupted movement [pulses]; None if `relative` differs."""
         key, target = self._interrupted.get(robot, (None, None))
         return target if key == relative else None
 
 
 @dataclass(eq=False)
 class OriginRun:
-    """One return-to-origin.
+    """A running return-to-origin.
 
     Attributes:
         groups: Axes that have not arrived, in groups that move in sequence; the first group is
             moving now.
         done: Whether all axes have arrived.
-        stopped_by: Number of the alarm that stopped the return-to-origin, else empty.
-        by_command: Whether a remote command waits for the end, and reports an alarm that stops it.
+        stopped_by: Number of the alarm that stopped the return-to-origin; empty if no alarm has
+            stopped it.
+        by_command: Whether a remote command has started it. The command waits for its end and
+            reports an alarm that stops it.
     """
 
     groups: list[tuple[int, ...]]
@@ -211,7 +214,7 @@ class Origins:
         self._run: OriginRun | None = None
 
     def plan(self, name: str) -> list[tuple[int, ...]]:
-        """Return the groups of axes that `SI14` or `SI17` moves; empty if it has no effect."""
+        """Return the groups of axes that the input `SI14` or `SI17` moves; empty if none."""
         if name == "SI14":
             return [group] if (group := self._axes(_OTHERS)) else []
         marked = [k for k, axis in enumerate(self._config.axes) if axis.origin_method == "mark"]
@@ -256,7 +259,7 @@ class Origins:
         return run
 
     def lose_power(self) -> None:
-        """Reset the origins of all but absolute axes, if so configured."""
+        """If so configured, reset the origins of all axes that are not absolute."""
         if self._config.power_loses_origin:
             kept = self._config.axes
             self.complete = [
@@ -265,7 +268,10 @@ class Origins:
             ]
 
     def _leave(self, run: OriginRun) -> None:
-        """Start the first group; its axes lose their origin if configured so."""
+        """Start the first group of axes.
+
+        If so configured, the axes lose their origin at the start.
+        """
         if self._config.origin_clears_complete:
             self._mark(run.groups[0], False)
 

@@ -36,7 +36,7 @@ __all__ = [
     "plan_ptp",
 ]
 
-_TURNING_SAMPLES = 256  # number of parts of a line if the hand or an arm turns on it
+_TURNING_SAMPLES = 256  # number of samples of a line on which the hand or an arm turns
 
 
 @dataclass(frozen=True)
@@ -96,7 +96,7 @@ class Profile:
 
 @dataclass(frozen=True)
 class AxisMove:
-    """One axis of a movement: index, distance in pulses, limits in pulses/s and pulses/s^2."""
+    """The movement of one axis: index, start and target [pulses], and limits of speed and ramps."""
 
     axis: int
     start: int
@@ -111,19 +111,20 @@ class AxisMove:
         return self.target - self.start
 
     def profile(self) -> Profile:
-        """Return the fastest profile of this axis."""
+        """Return the fastest speed profile of the axis from start to target."""
         return Profile.over(abs(self.way), self.speed, self.acceleration, self.deceleration)
 
 
 class Path:
-    """A path to a target. It never changes, so its deep copy is itself: snapshots stay cheap.
+    """A path to a target. It never changes, so a snapshot needs no copy.
 
     Attributes:
         target: Target [pulses] of each moving axis by its index.
         seconds: Time from start to target.
-        arrival: Parameter with the distance at which an axis counts as arrived.
-        approach: Earliest time [s] at which an axis counts as arrived, because an axis may pass its
-            target earlier.
+        arrival: Name of the parameter with the distance to the target at which an axis counts as
+            arrived.
+        approach: Earliest time [s] at which an axis counts as arrived. Before it, an axis may pass
+            its target without having arrived.
     """
 
     target: Mapping[int, int]
@@ -153,7 +154,7 @@ class PtpPath(Path):
         self.approach = 0.0
 
     def at(self, t: float) -> Mapping[int, float]:
-        """Return the positions; every axis has done the same part of its distance."""
+        """Return the positions at time `t`; every axis has moved the same part of its distance."""
         share = self._profile.share(t)
         return {move.axis: move.start + move.way * share for move in self._moves}
 
@@ -167,7 +168,7 @@ class CurvePath(Path):
         self, curve: Curve, profile: Profile | Schedule, frame: Frame, axes: Mapping[int, int],
         target: Mapping[int, int], approach: float | None = None,
     ) -> None:  # fmt: skip
-        """Plan the path; `axes` has the index of each axis by its place in the robot, 0 to 5."""
+        """Plan the path; `axes` maps axis indices in the robot to indices in the controller."""
         self._curve, self._profile, self._frame = curve, profile, frame
         self._axes = dict(axes)
         self.target = dict(target)
@@ -175,7 +176,7 @@ class CurvePath(Path):
         self.approach = profile.seconds / 2 if approach is None else approach
 
     def at(self, t: float) -> Mapping[int, float]:
-        """Return the positions after the part of the curve that is done at that time."""
+        """Return the positions of the axes at the point of the curve for the time `t`."""
         pulses = self._frame.to_pulses(self._curve.at(self._profile.share(t)))
         return {index: pulses[place] for place, index in self._axes.items()}
 
@@ -184,9 +185,9 @@ class ArchPath(Path):
     """An arch: the arch axis rises, the other axes move, and the arch axis falls (guide, 4.2.1).
 
     The other axes start when the arch axis has moved distance 1 or has reached the arch position.
-    The arch axis leaves the arch position so early that distance 2 remains when the other axes
-    arrive. If distance 2 is longer than the whole movement to the target, the arch axis waits for
-    the others.
+    The arch axis leaves the arch position early: when the other axes arrive, it is still distance 2
+    away from its target. If distance 2 is longer than its whole way to the target, the arch axis
+    waits for the other axes.
     """
 
     arrival = "OUTPOS"
@@ -194,7 +195,7 @@ class ArchPath(Path):
     def __init__(
         self, rise: AxisMove, fall: AxisMove, others: PtpPath, distance1: int, distance2: int
     ) -> None:
-        """Combine `rise` and `fall` of the arch axis with the other axes; distances in pulses."""
+        """Combine `rise` and `fall` of the arch axis with the path of the other axes [pulses]."""
         self._rise, self._fall, self._others = rise, fall, others
         self._up, self._down = rise.profile(), fall.profile()
         self._others_start = self._up.when(_part(distance1, rise.way))
@@ -206,7 +207,7 @@ class ArchPath(Path):
         self.seconds = self._fall_start + self._down.seconds
 
     def at(self, t: float) -> Mapping[int, float]:
-        """Return the positions; the arch axis rises, waits or falls while the others move."""
+        """Return the positions of the arch axis and of the other axes at time `t`."""
         if t < self._fall_start:
             arch = self._rise.start + self._rise.way * self._up.share(t)
         else:
@@ -216,7 +217,7 @@ class ArchPath(Path):
 
 
 def _part(distance: int, way: int) -> float:
-    """Return an arch distance as a share of the arch axis' distance, at most 1."""
+    """Return an arch distance as a part of the whole distance of the arch axis, at most 1."""
     return min(1.0, distance / abs(way)) if way else 1.0
 
 
@@ -239,7 +240,7 @@ class Pace:
 
 @dataclass(frozen=True)
 class Arch:
-    """The place of the arch axis in the robot, its arch position and arch distances [pulses]."""
+    """The index of the arch axis in the robot, its arch position and arch distances [pulses]."""
 
     place: int
     position: int
@@ -306,9 +307,9 @@ def plan_arc(arm: Arm, via: Mapping[int, int], target: Mapping[int, int], pace: 
 
 @dataclass(frozen=True)
 class Leg:
-    """A part of a chained path: its targets [pulses] by the axis' place in the robot, and its pace.
+    """A line or an arc of a chained path: its targets [pulses] by the axis in the robot, its pace.
 
-    An arc has two targets: a point on the arc, and its end.
+    An arc has two targets: a point on the arc, and the end of the arc.
     """
 
     targets: tuple[Mapping[int, int], ...]
@@ -326,12 +327,13 @@ def plan_chain(
         arm: The robot.
         start: The start of the path [pulses].
         legs: The lines and arcs of the path.
-        resumed: Whether a stop has interrupted the movement. The robot must then stand on the path,
-            and follows the rest of it. Otherwise the robot must stand within OUTPOS of the start.
+        resumed: Whether a stop has interrupted the movement. The robot must then be on the path,
+            and moves on the rest of the path. Otherwise the robot must be within OUTPOS of the
+            start.
 
     Raises:
-        CommandError: the robot does not stand where it must, an arc has no circle, or a soft limit
-            is exceeded.
+        CommandError: the robot is neither on the path nor at its start, an arc has no circle, or a
+            soft limit is exceeded.
     """
     frame, curves = arm.frame, list[Curve]()
     at = frame.to_mm(start)
@@ -362,7 +364,7 @@ def plan_chain(
 
 
 def _rest(arm: Arm, curves: Sequence[Curve]) -> tuple[int, list[Curve]]:
-    """Return the number of the curve on which the robot stands, and the remaining curves."""
+    """Return the number of the curve on which the robot is, and the rest of the curves."""
     here = arm.frame.to_mm(arm.here)
     places = [(math.dist(curve.at(k / _RESUMED), here), n, k / _RESUMED)
               for n, curve in enumerate(curves) for k in range(_RESUMED + 1)]  # fmt: skip
@@ -377,19 +379,19 @@ def _rest(arm: Arm, curves: Sequence[Curve]) -> tuple[int, list[Curve]]:
     return number, [rest, *curves[number + 1 :]]
 
 
-#: After a stop: number of positions on a curve that are compared with the position of the robot,
-#: distance at which the robot still counts as on the path [0.001 mm], and the share of an arc after
-#: which the rest is followed as a line.
+#: Constants for the continuation after a stop. The robot's position is compared with _RESUMED
+#: positions on each curve. Up to _OFF_PATH [0.001 mm] away the robot counts as on the path. Beyond
+#: the part _NEARLY of an arc, the rest of the arc is replaced by a line.
 _RESUMED, _OFF_PATH, _NEARLY = 256, 1000, 0.99
 
 
 def _tool_speed(arm: Arm, pace: Pace) -> float:
-    """Return the speed of the tool [mm/s]."""
+    """Return the highest speed of the tool for a movement with the given pace [mm/s]."""
     return arm.line_speed * pace.share if pace.mm_per_s is None else pace.mm_per_s
 
 
 def _axis_move(arm: Arm, place: int, way: tuple[int, int], pace: Pace) -> AxisMove:
-    """Return the move of one axis [pulses]; raise CommandError if it ends beyond a soft limit."""
+    """Return the movement of one axis; raise CommandError if its target exceeds a soft limit."""
     axis = arm.axes[place]
     if not axis.soft_low <= way[1] <= axis.soft_high:
         raise CommandError(SOFT_LIMIT, axis=place + 1)
@@ -408,7 +410,7 @@ def _ramps(arm: Arm, place: int, pace: Pace) -> tuple[float, float]:
 
 
 def _completed(arm: Arm, target: Mapping[int, int]) -> tuple[int, ...]:
-    """Return the pulses of all axes at the target."""
+    """Return the positions of all axes at the end [pulses]; axes without a target do not move."""
     return tuple(target.get(place, now) for place, now in enumerate(arm.here))
 
 
@@ -422,7 +424,7 @@ def _curve(
 ) -> Path:
     """Plan the fastest path along a curve on which no axis exceeds its limits.
 
-    `parts` are the parts of a Chain: the share of the length and the speed [mm/s] of each.
+    `parts` has an entry for each curve of a Chain: its share of the length, and its speed [mm/s].
     """
     turning = frame.turning_hand or not frame.straight
     samples = max(curve.samples, _TURNING_SAMPLES if turning else 1)
@@ -452,7 +454,7 @@ def _curve(
 
 
 def _speeds(parts: Sequence[tuple[float, float]], samples: int) -> list[float]:
-    """Return the highest speed at each position of a chain; where two parts meet, the lower one."""
+    """Return the highest speed at each position of a chain; at a joint, the lower speed applies."""
     speeds = [math.inf] * (samples + 1)
     begin = 0.0
     for share, speed in parts:
@@ -464,7 +466,7 @@ def _speeds(parts: Sequence[tuple[float, float]], samples: int) -> list[float]:
 
 
 def _when(profile: Profile | Schedule, share: float) -> float:
-    """Return the time [s] at which a share of the distance is covered."""
+    """Return the time [s] at which a share of the distance is covered, searched by bisection."""
     low, high = 0.0, profile.seconds
     for _ in range(_HALVINGS):
         middle = (low + high) / 2
@@ -476,7 +478,7 @@ _HALVINGS = 40
 
 
 def _even(length: float, speed: float, limits: Sequence[AxisLimits], samples: int) -> Profile:
-    """Return a profile with the same limits of speed and acceleration on the whole path."""
+    """Return a speed profile whose limits are the same on the whole path."""
     speeds, ramps = [speed], []
     for axis in limits:
         step = max(abs(after - before) for before, after in pairwise(axis.places))
@@ -507,7 +509,7 @@ def _keep_hand(
 
 
 def _leaves(values: Sequence[float], low: int, high: int) -> bool:
-    """Return whether the path exceeds the soft limits; a path back into them is allowed."""
+    """Return whether an axis exceeds its soft limits; a way back into the limits is allowed."""
     start, *_, end = (round(value) for value in values)
     far = round(min(values)) < min(low, start) or round(max(values)) > max(high, start)
     return far or not low <= end <= high

@@ -12,14 +12,15 @@ from structured_text.errors import InputError
 
 __all__ = ["Access", "Port", "Ports", "port", "port_of", "value_in"]
 
-#: Greatest number of recorded accesses; a property reads and clears them once per scan.
+#: Greatest number of recorded accesses. The checker of properties reads and clears them once per
+#: scan.
 _MOST_ACCESSES = 10_000
-_LAST_PORT = 0o15  # the language has ports 0 to 27 (octal), but this board only ports 0 to 15
-_FIRST_FREE = 2  # ports 0 and 1 are dedicated, as are words 0 and 1
+_LAST_PORT = 0o15  # the language has ports 0 to 27 (octal), but the EtherNet/IP board only 0 to 15
+_FIRST_FREE = 2  # ports 0 and 1 and words 0 and 1 are dedicated
 _WORDS = range(_FIRST_FREE, 16)
 _EXTENDED = range(24, 128)
 
-#: Ports outside of the areas: number of ports of each kind. SI and SO begin at 16().
+#: Number of ports of each kind that is not part of the areas. SI and SO begin at 16().
 _BANKS = {"DI": 24, "DO": 24, "MO": 24, "LO": 2, "TO": 1, "SI": 24, "SO": 24}
 #: Kinds of internal outputs, which are memory of the controller.
 _INTERNAL = ("MO", "LO", "TO")
@@ -30,9 +31,10 @@ _OTHER = re.compile(r"(D[IO]|MO|LO|TO)(?:([0-2]?[0-7])\(\)|\(([0-2]?[0-7])([0-7]
 
 @dataclass(frozen=True)
 class Port:
-    """The position of a port: `size` bytes at `at`, or the bit `bit` of the byte at `at`.
+    """A port: `size` bytes at offset `at`, or the bit `bit` of the byte at offset `at`.
 
-    If the port is not part of the areas, `bank` is its kind; otherwise `bank` is empty.
+    If the port is not part of the areas, `bank` is the kind of the port, and `at` is an offset in
+    the bytes of this kind. Otherwise `bank` is empty.
     """
 
     name: str
@@ -44,7 +46,10 @@ class Port:
 
     @property
     def signed(self) -> bool:
-        """Return whether the port is signed: only SID and SOD are (manual chapter 1, 4.1)."""
+        """Return whether the value is signed.
+
+        Only SID and SOD are signed (manual chapter 1, 4.1).
+        """
         return self.size == 4
 
     def check(self, size: int) -> None:
@@ -76,7 +81,8 @@ def port(name: str) -> Port:
 def port_of(kind: str, number: int, bit: int | None = None) -> Port:
     """Return a port of the robot language by its kind, such as `DO`.
 
-    Names of ports are octal, so 10() has the number 8. `bit` selects one bit; None: all eight.
+    Port names have octal numbers, so port 10() has the index 8. `bit` selects one bit; None: all
+    eight.
     """
     name = f"{kind}{number:o}()" if bit is None else f"{kind}({number:o}{bit})"
     if kind in ("SI", "SO") and number <= _LAST_PORT:
@@ -93,7 +99,7 @@ def _other(text: str, kind: str, number: int, bit: int | None) -> Port:
 
 
 def _word(text: str, output: bool, *, double: bool, number: int) -> Port:
-    free = number in _WORDS or number in _EXTENDED  # word ports begin at even numbers
+    free = number in _WORDS or number in _EXTENDED  # words begin at even numbers
     if not free or (double and number % 2):
         hint = "words 2 to 15 are free, 24 to 127 in the extended area; double words are even"
         raise InputError(f"{text} is not a general-purpose word", hint=hint)
@@ -108,14 +114,14 @@ def value_in(place: Port, area: bytes | bytearray) -> int:
 
 
 class Access(NamedTuple):
-    """A statement of a robot program that has read or changed a port.
+    """An access of a robot program to a port: a statement has read or changed the port.
 
     Attributes:
         program: Name of the program.
         line: Line of the statement.
         place: The port.
         changed: Whether the statement has changed the port; otherwise it has read the port.
-        inputs: The input area from the master at that time.
+        inputs: The input area from the master at the time of the access.
         outputs: The output area before the statement.
     """
 

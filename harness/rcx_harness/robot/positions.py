@@ -1,4 +1,4 @@
-"""The positions of the robots for the trace, as the controller answers the position commands."""
+"""The positions of the robots for the trace, as the responses of position commands show them."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from structured_text.errors import InputError
 __all__ = ["axes_of", "where"]
 
 _PULSES, _MM = "pulses", "mm"
-#: Coordinates of a robot (robot/geometry.py); rotations are in degrees.
+#: Names and units of the coordinates of a robot (see robot/geometry.py).
 _COORDINATES = ("X [mm]", "Y [mm]", "Z [mm]", "R [deg]", "axis 5 [mm, deg]", "axis 6 [mm, deg]")
 
 
@@ -38,7 +38,8 @@ def _titles(controller: Controller, unit: str) -> list[str]:
 def where(controller: Controller, unit: str) -> tuple[float, ...]:
     """Return the position of each axis, robot by robot, in pulses, or in mm and degrees.
 
-    In mm it is the position of the tool, in the coordinates of the selected shift and hand.
+    In mm the values are the position of the tool, in the coordinates of the selected shift and
+    hand.
     """
     found: list[float] = []
     for robot in range(1, ROBOTS + 1):

@@ -1,4 +1,4 @@
-"""The timing of the tool on a curve on which the joints do not move evenly."""
+"""The timing of a tool on a curve, if the axes do not move in proportion to the tool."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ class AxisLimits:
     """One axis of a movement along a curve, with its positions and limits.
 
     Attributes:
-        places: Positions of the axis [pulses] after equal steps of the path.
+        places: Positions of the axis [pulses] after each of the equal steps of the path.
         speed: Highest speed [pulses/s].
         up: Acceleration [pulses/s^2].
         down: Deceleration [pulses/s^2].
@@ -30,18 +30,18 @@ class AxisLimits:
     down: float
 
 
-#: A step is straight if its bend needs at most this part of the acceleration reserved for bends.
+#: A step counts as straight if its bend needs at most this part of the acceleration for bends.
 _STRAIGHT = 0.01
-#: A bend that is this many times as strong as the bends before and after it is a corner. There the
-#: axes change their speeds within a cycle of the controller [s].
+#: A bend is a corner if it is _CORNER times as strong as the bends before and after it. At a corner
+#: the axes change their speeds within one controller cycle, _CYCLE [s].
 _CORNER, _CYCLE = 4, CYCLE_US / 1e6
 
 
 class Schedule:
-    """The times after equal steps of a path, as short as the limits of all axes allow.
+    """The times of equal steps of a path, as short as the limits of all axes allow.
 
-    Between two steps the acceleration is constant. Half of an axis' acceleration is reserved for
-    the changes of its speed that the curve causes, half for the acceleration of the tool.
+    The acceleration is constant between two steps. Half of an axis' acceleration is reserved for
+    speed changes that the curve causes. The other half is for the acceleration of the tool.
     """
 
     def __init__(
@@ -50,8 +50,8 @@ class Schedule:
     ) -> None:  # fmt: skip
         """Plan a path of `length` (any unit, above 0) with at most `speed` in that unit/s.
 
-        The speed is one number, or one number for each of the axes' `places`. With `straights`
-        nothing is reserved on the straight parts of the path, and corners are allowed.
+        The speed is one number, or one number for each position in `places`. With `straights`,
+        corners are allowed, and on straight parts no acceleration is reserved for bends.
         """
         steps = len(axes[0].places) - 1
         step = length / steps

@@ -17,14 +17,14 @@ from rcx_harness.robot.stored import ROBOTS, Point
 
 __all__ = ["MOST_POINTS", "poses", "shapes"]
 
-#: Greatest number of drawn points of a robot, and of drawn work positions of all pallets.
+#: The greatest number of points that are drawn for a robot, and of work positions for all pallets.
 MOST_POINTS = 300
 _UNIT = 1000
 _LEFT = 2
 _TURNING = {
     True: (0, 1, 3),
     False: (3,),
-}  # places of the axes that turn: of SCARA robots, of all others
+}  # turning axes: of SCARA robots, of all other robots
 
 
 def shapes(controller: Controller) -> list[dict[str, Any]]:
@@ -33,17 +33,17 @@ def shapes(controller: Controller) -> list[dict[str, Any]]:
     `robot` is the number, and `name` the type. `kind` is `scara`, `cartesian`, or `axes` if the
     robot file does not name the type. `arms` are the lengths of arms 1 and 2. Each of `axes` has
     the soft limits `low` and `high` in `unit` (`mm`, `deg`), `per` (pulses per unit), and `zero`
-    [pulses]. `points` have `number`, an optional `name`, and either `mm`, the place of the tool in
-    shifted coordinates, or `joints`. `pallets` have `number`, and `corners` and `places` in the
-    form of `mm`. `areas` have a `name`, and opposite corners `from` and `to`. Empty entries are
-    left out. A robot without a type has only its axes.
+    [pulses]. `points` have `number`, an optional `name`, and either `mm`, the position of the tool
+    in shifted coordinates, or `joints`. `pallets` have `number`, and `corners` and `places` as
+    positions like `mm`. `areas` have a `name`, and opposite corners `from` and `to`. Empty entries
+    are left out. A robot without a type has only its axes.
     """
     arms = [controller.machine.arm(robot) for robot in range(1, ROBOTS + 1)]
     return [_shape(one, controller.machine.memory) for one in arms if one.indices]
 
 
 def poses(controller: Controller) -> list[dict[str, Any]]:
-    """Return the settings of each robot that change its appearance; default values are left out.
+    """Return the settings of each robot that change its appearance, without default values.
 
     `left` means that the arm is left-handed. `shift` is the selected shift. `hand` has data 1 to 3
     of the selected hand in mm, then 1 if the hand is on the R axis. If the hand of a SCARA robot is
@@ -113,7 +113,7 @@ def _point(arm: Arm, number: int, point: Point, name: str) -> dict[str, Any]:
 
 
 def _pallets(memory: Memory) -> Iterator[dict[str, Any]]:
-    """Yield the pallets of points in mm; they have the same coordinates for each robot."""
+    """Yield the pallets whose points are in mm. Each robot has the same pallets."""
     room = MOST_POINTS
     for number, pallet in sorted(memory.pallets.items()):
         corners = [memory.points.get(pallet.first + k) for k in (0, 1, 3, 2)]

@@ -36,7 +36,7 @@ class Led(Enum):
 
 
 def lose_link(machine: Machine, *, in_operation: bool) -> None:
-    """Treat SI(00), SI(06) and SI(10) as OFF while there is no connection (manual chapter 1, 5)."""
+    """Process the loss of the link: SI(00), SI(06), SI(10) count as OFF (manual chapter 1, 5)."""
     config = machine.config
     machine.si00 = machine.si06 = machine.si10 = False
     machine.link = "lost" if in_operation else "none"
@@ -49,7 +49,7 @@ def lose_link(machine: Machine, *, in_operation: bool) -> None:
 
 
 def regain_link(machine: Machine) -> None:
-    """Process a connection that was opened, for the first time or after a loss."""
+    """Process the opening of a connection, for the first time or after a loss."""
     machine.link = "normal"
     machine.pending.pop("link_error_delay", None)
     if not machine.config.link_error_latches:
@@ -76,7 +76,7 @@ def dedicated_outputs(machine: Machine) -> int:
 
 
 def module_led(machine: Machine) -> Led:
-    """Return the Module Status LED: power, self-test, fault, connection with the master."""
+    """Return the state of the Module Status LED: power, self-test, fault, connection."""
     if not machine.booted:
         return Led.SELF_TEST if machine.powered else Led.OFF
     config = machine.config
@@ -88,7 +88,7 @@ def module_led(machine: Machine) -> Led:
 
 
 def network_led(machine: Machine) -> Led:
-    """Return the Network Status LED: power, self-test, IP address, connection, time-out."""
+    """Return the state of the Network Status LED: power, self-test, IP address, connection."""
     address = machine.config.ip_address
     if not machine.booted and machine.powered:
         return Led.SELF_TEST
@@ -100,8 +100,8 @@ def network_led(machine: Machine) -> Led:
     return states.get(machine.link, Led.GREEN_FLASHING)
 
 
-# Requests of the dedicated inputs. A request that is not possible is ignored without an answer, as
-# by the real controller.
+# Requests of the dedicated inputs. The real controller ignores an impossible request without an
+# answer, and so does this controller.
 
 
 def _servo_on(machine: Machine) -> None:
@@ -142,7 +142,7 @@ def _origin(machine: Machine, name: str) -> None:
         machine.return_to_origin(groups)
 
 
-#: Request by dedicated input; called at the OFF to ON edge of the input.
+#: Maps a dedicated input to its request function, which is called at the OFF to ON edge.
 REQUESTS: dict[str, Callable[[Machine], None]] = {
     "SI01": _servo_on,
     "SI12": _program_start,

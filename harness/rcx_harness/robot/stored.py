@@ -1,4 +1,4 @@
-"""Kinds, numbers and names of the data that the controller stores or shows, except programs."""
+"""Types, numbers and names of the data that the controller stores or shows, except programs."""
 
 from __future__ import annotations
 
@@ -42,16 +42,16 @@ __all__ = [
 
 AXES = 6
 ROBOTS = 4
-#: Number of each kind of data; they are numbered from 0 (guide, 4.3).
+#: Maps a kind of data to the number of its entries, which count from 0 (guide, 4.3).
 COUNTS = {"points": 30000, "comments": 30000, "pallets": 40, "shifts": 40, "hands": 32}
 #: Number of consecutive points that define a pallet.
 PALLET_POINTS = 5
 #: Number of static variables of each type; SGR0 has the number 256 (guide, 4.4.1).
 VARIABLES = 32
 FIRST_REAL = 256
-#: The parameters of a robot; all others belong to an axis (guide, 4.4.2).
+#: The parameters that belong to a robot. All other parameters belong to an axis (guide, 4.4.2).
 ROBOT_PARAMETERS = ("WEIGHT", "WEIGHTG")
-#: The factory values are assumed, because the manual does not give them.
+#: The factory values of the parameters. They are assumed, because the manual does not give them.
 PARAMETER_DEFAULTS = {
     "WEIGHTG": 0,
     "ACCEL": 100,
@@ -68,9 +68,10 @@ PARAMETER_DEFAULTS = {
     "PSHSPD": 100,
 }
 
-#: Quantities of the real time output (guide, 4.9). The list of item numbers is in another manual;
-#: this guide gives only item 13, motor duty. Items therefore have names here, and the configuration
-#: maps numbers to names. For an axis, option 1 is the robot and option 2 the axis.
+#: Quantities of the real time output (guide, 4.9). The list of item numbers is in another manual.
+#: The guide gives only item 13, motor duty. The items therefore have names here, and the
+#: configuration maps numbers to these names. For an axis, option 1 is the robot and option 2 the
+#: axis.
 QUANTITIES_OF_AXIS = (
     "motor_duty",
     "torque_of_max",
@@ -83,15 +84,15 @@ QUANTITIES_OF_AXIS = (
 )
 _OF_SYSTEM = ("power_on_count", "motor_power_on_count", "operating_time")
 HIGH_WORD = ".high"
-#: All items; the suffix `.high` means the upper word of a value with two words.
+#: The names of all items. The suffix `.high` means the upper word of a value with two words.
 QUANTITIES = tuple(
     name + half for name in (*QUANTITIES_OF_AXIS, *_OF_SYSTEM) for half in ("", HIGH_WORD)
 )
 
-#: Four bits of a telegram to an arm rotation; all other patterns mean 0.
+#: Maps four bits of a telegram to an arm rotation. All other patterns mean 0.
 _TURNS = {1: 1, 15: -1}
 
-#: Shift data of axes 1 to 4 [0.001 mm, 0.001 degree] (guide, 4.3.4).
+#: The data of a shift for axes 1 to 4 [0.001 mm, 0.001 degree] (guide, 4.3.4).
 Shift = tuple[int, int, int, int]
 
 
@@ -110,21 +111,21 @@ class Point:
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Point:
-        """Return the point in the fields of a telegram (guide, 4.3.1)."""
+        """Create a point from the fields of a telegram (guide, 4.3.1)."""
         arm1, arm2 = (_TURNS.get(fields[name], 0) for name in ("arm1", "arm2"))
-        hand = fields["hand"] % 3  # 3 means no hand, as 0 does
+        hand = fields["hand"] % 3  # both 0 and 3 mean no hand
         return cls(tuple(fields["positions"]), bool(fields["unit"]), hand, arm1, arm2)
 
     @property
     def fields(self) -> dict[str, Any]:
-        """Return the point as the fields of a telegram."""
+        """Return the fields of a telegram for this point."""
         turns = {"arm1": self.arm1 & 0xF, "arm2": self.arm2 & 0xF}
         return {"unit": int(self.mm), "hand": self.hand, **turns, "positions": self.data}
 
 
 @dataclass(frozen=True)
 class Pallet:
-    """Pallet data (guide, 4.3.3): numbers of work positions in X, Y and Z, and its first point."""
+    """Pallet data (guide, 4.3.3): numbers of work positions in X, Y and Z, and the first point."""
 
     nx: int
     ny: int
@@ -133,17 +134,17 @@ class Pallet:
 
     @property
     def count(self) -> int:
-        """Return the number of its work positions; they are numbered from 1."""
+        """Return the number of work positions of the pallet, which count from 1."""
         return self.nx * self.ny * self.nz
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Pallet:
-        """Return the pallet in the fields of a telegram."""
+        """Create a pallet from the fields of a telegram."""
         return cls(fields["nx"], fields["ny"], fields["nz"], fields["first_point"])
 
     @property
     def fields(self) -> dict[str, int]:
-        """Return the pallet as the fields of a telegram."""
+        """Return the fields of a telegram for this pallet."""
         return {"nx": self.nx, "ny": self.ny, "nz": self.nz, "first_point": self.first}
 
 
@@ -158,22 +159,22 @@ class Hand:
 
     @classmethod
     def of(cls, fields: Mapping[str, Any]) -> Hand:
-        """Return the hand in the fields of a telegram."""
+        """Create a hand from the fields of a telegram."""
         return cls((fields["data1"], fields["data2"], fields["data3"], fields["data4"]))
 
     @property
     def fields(self) -> dict[str, int]:
-        """Return the hand as the fields of a telegram."""
+        """Return the fields of a telegram for this hand."""
         return {f"data{k}": value for k, value in enumerate(self.data, 1)}
 
     @property
     def on_r_axis(self) -> bool:
-        """Return whether the hand turns with the R axis."""
+        """Return whether the hand is mounted on the R axis, so that it turns with this axis."""
         return self.data[3] == 1
 
 
-#: Points with which the manual's examples run without a robot file: point 19 (guide, 2; its data
-#: are our own), point 100 (4.2.1) and point 50 (4.3.1).
+#: The default points, with which the manual's examples run without a robot file: point 19 (guide,
+#: 2; the data are our own), point 100 (4.2.1) and point 50 (4.3.1).
 EXAMPLE_POINTS = {
     19: Point((120_000, -45_000, 30_000, 0, 0, 0)),
     50: Point((10_000, -20_000, 5_000, -18_000, 0, 0), mm=True),
@@ -182,7 +183,7 @@ EXAMPLE_POINTS = {
 
 
 def variable_number(name: str) -> int | None:
-    """Return the number of a variable such as `SGI5` or `SGR5` in remote commands; else None."""
+    """Return the remote command number of a variable such as `SGI5`; None for any other name."""
     found = re.fullmatch(r"SG([IR])0*([0-9]{1,2})", name)
     if not found or int(found[2]) >= VARIABLES:
         return None
@@ -203,7 +204,7 @@ def parameter_ranges() -> Mapping[str, tuple[float, float]]:
     return {parameter_names()[k]: (pair[0], pair[-1]) for k, pair in field.ranges.items()}
 
 
-# Numbers in the controller's format: 32 bit integers and single-precision real numbers.
+# Functions for the number formats of the controller: 32 bit integers, single-precision reals.
 
 
 def fits_integer(value: int) -> bool:
@@ -226,7 +227,7 @@ def single(value: float) -> float:
 
 
 def from_bits(bits: int) -> float:
-    """Return the single-precision number with these 32 bits (signed or not)."""
+    """Return the single-precision number whose 32 bits are `bits`, signed or unsigned."""
     value: float = struct.unpack("<f", struct.pack("<I", bits & 0xFFFFFFFF))[0]
     return value
 

@@ -1,8 +1,8 @@
-"""The table of tasks: it starts, stops and executes them, and is the source of SO(13) and SO(14).
+"""The table of tasks, which starts, stops and executes the tasks and determines SO(13) and SO(14).
 
-The number of a program is its place in the list of programs. Each program has a `RobotTask`, which
-is in the table of tasks only while the program is registered. A remote command or START registers a
-program; the main program is in task 1 from power-on.
+The number of a program is its position in the list of programs, from 1. Each program has a
+`RobotTask`, which is in the table of tasks only while the program is registered. A remote command
+or START registers a program; the main program is in task 1 from power-on.
 """
 
 from __future__ import annotations
@@ -28,11 +28,11 @@ from rcx_harness.robot.program.values import Value
 
 __all__ = ["TASKS", "Perform", "ProgramError", "Programs"]
 
-#: Numbers of the tasks.
+#: The numbers of the tasks, 1 to 16.
 TASKS = range(1, 17)
-_ROBOT_TASK = 2  # the kind "task" of the Place of an alarm
+_ROBOT_TASK = 2  # the value "task" for `kind` of a Place
 
-#: Type of the function that executes a statement as a remote command; see commands/base.py.
+#: The type of a function that executes a statement as a remote command; see commands/base.py.
 Perform = Callable[[Any, Request], Any]
 
 
@@ -53,7 +53,7 @@ class ProgramError(NamedTuple):
 
 
 class Surroundings(Protocol):
-    """The parts of the controller that its programs use; see Machine."""
+    """The parts of the controller that the robot programs use; see Machine."""
 
     config: RobotConfig
     now_us: int
@@ -73,10 +73,11 @@ class Surroundings(Protocol):
 
 
 class Programs:
-    """All tasks, and the parts of the controller on which they act.
+    """All tasks of a controller, and the parts of the controller that the programs use.
 
     Attributes:
-        tasks: One for each program of the configuration, in the order of their numbers.
+        tasks: A RobotTask for each program of the configuration, in the order of the program
+            numbers.
         is_reset: Whether the program has been reset and not started since then: SO(14).
         variables: The variables of the programs that are steps of the robot file, by name.
         errors: The errors that have stopped a program since power-on.
@@ -102,7 +103,7 @@ class Programs:
 
     @property
     def now_us(self) -> int:
-        """Return the time of this controller cycle [us]."""
+        """Return the time of the current controller cycle [us]."""
         return self._machine.now_us
 
     @property
@@ -131,12 +132,12 @@ class Programs:
 
     @property
     def main(self) -> RobotTask:
-        """Return the main program: the program in task 1, else the first program."""
+        """Return the main program: the program in task 1, or else the first program."""
         return self.in_task(TASKS[0]) or self.tasks[0]
 
     @property
     def running(self) -> bool:
-        """Return SO(13): whether the robot program is being executed."""
+        """Return SO(13), whether a robot program is being executed."""
         if self.config.running_shows_all_tasks:
             return self.busy
         return self.main.state == "running"
@@ -153,10 +154,10 @@ class Programs:
     def register(
         self, task: RobotTask, number: int, priority: int, *, temporary: bool = False
     ) -> bool:
-        """Register a program in a task; the previous program leaves the table.
+        """Register a program in a task; the previous program of this task leaves the table.
 
-        `number` is 1 to 16, or 0 for the lowest vacant task, where the program's own task counts as
-        vacant.
+        `number` is 1 to 16, or 0 for the lowest vacant task. For 0, the program's own task counts
+        as vacant.
 
         Returns:
             False if no task is vacant.
@@ -177,7 +178,8 @@ class Programs:
         """Define which tasks the next `start` starts.
 
         Args:
-            modes: RUN, STEP or NEXT_LINE by place in `tasks`; None: run all tasks that can run.
+            modes: Maps an index in `tasks` to RUN, STEP or NEXT_LINE; None: run all tasks that can
+                run.
             beside: Whether earlier orders stay valid as well.
         """
         before = self._to_start if beside else {}
@@ -186,7 +188,7 @@ class Programs:
     def order_reset(self, places: Collection[int] | None, *, beside: bool = False) -> None:
         """Define which tasks the next `reset` resets.
 
-        `places` are places in `tasks`; None: all tasks. With `beside`, earlier orders stay valid.
+        `places` are indices in `tasks`; None: all tasks. With `beside`, earlier orders stay valid.
         """
         before = self._to_reset if beside else ()
         self._to_reset = None if before is None or places is None else (*before, *places)
@@ -198,7 +200,7 @@ class Programs:
         return any(self.tasks[place].state == "running" for place in places)
 
     def start(self, now_us: int) -> None:
-        """Start the ordered tasks."""
+        """Start the tasks that `order_start` has selected."""
         modes = self._to_start
         if modes is None:
             modes = dict.fromkeys(self._startable(), RUN)
@@ -210,12 +212,12 @@ class Programs:
         self.is_reset = False
 
     def pause(self, now_us: int) -> None:
-        """Stop all tasks."""
+        """Stop all running tasks; the next start continues them."""
         for task in self.tasks:
             task.pause(now_us)
 
     def reset(self) -> None:
-        """Reset the ordered tasks."""
+        """Reset the tasks that `order_reset` has selected."""
         if self._to_reset is not None:
             for place in self._to_reset:
                 self.tasks[place].reset()
@@ -229,7 +231,7 @@ class Programs:
             self.ports.clear_outputs()
 
     def halt(self) -> None:
-        """End all tasks."""
+        """End all tasks, as the statement HALT does."""
         for task in self.tasks:
             task.end()
 
@@ -250,7 +252,7 @@ class Programs:
         return self.now_us - self._counted_from_us
 
     def reset_counter(self) -> None:
-        """Begin TCOUNTER at 0."""
+        """Reset the counter of the function TCOUNTER to 0."""
         self._counted_from_us = self.now_us
 
     def error_of(self, number: int) -> tuple[str, int] | None:
@@ -265,7 +267,7 @@ class Programs:
         return task.error
 
     def pulse(self, place: Port, ms: int) -> None:
-        """Turn an output ON, and OFF again after `ms`."""
+        """Turn an output ON, and turn it OFF after `ms` milliseconds."""
         self.ports.write(place, 1)
         self._pulses.append((self.now_us + 1000 * ms, place))
 
@@ -275,7 +277,7 @@ class Programs:
         return statement
 
     def step(self, statement: Statement) -> bool:
-        """Continue a remote command; return whether it has ended."""
+        """Execute a remote command for one cycle; return whether the command has ended."""
         return statement.step(self._machine) is not None
 
     def order(self, task: RobotTask, wanted: Order) -> None:
@@ -301,7 +303,7 @@ class Programs:
             other.go(self.now_us)
 
     def end(self, task: RobotTask, *, everything: bool) -> None:
-        """End the program of a task, or all programs."""
+        """End the program of the task; with `everything`, end all programs."""
         if everything:
             self.halt()
         elif task is self.main:
@@ -310,7 +312,10 @@ class Programs:
             task.end()
 
     def hold(self, task: RobotTask, *, everything: bool) -> None:
-        """Stop the program of a task, or all programs; the next start continues them."""
+        """Stop the program of the task; with `everything`, stop all programs.
+
+        The next start continues the stopped programs.
+        """
         for other in self.tasks if everything else (task,):
             other.pause(self.now_us)
 
@@ -329,7 +334,7 @@ class Programs:
         self.ports.statement = None
 
     def next_due_us(self, now_us: int) -> int | None:
-        """Return when a task or a pulse continues by itself; None if nothing is due."""
+        """Return when a task continues or a pulse ends [us]; None if nothing is due."""
         due = [due_us for due_us, _ in self._pulses]
         for task in self.tasks:
             if task.state == "running" and (task_us := task.due_us(now_us)) is not None:
@@ -348,7 +353,7 @@ class Programs:
         return [k for k in registered if self.tasks[k].state == "ended"]
 
     def _work(self, task: RobotTask, now_us: int) -> None:
-        """Execute a task in this cycle, until it has to wait or has used up its statements."""
+        """Execute a task in this cycle until it waits, ends or has used up its statements."""
         code = task.code.code
         for _ in range(self.config.program_statements):
             at = task.at
@@ -364,7 +369,8 @@ class Programs:
             try:
                 to = execute(code[at], task, self)
             except CommandError as error:
-                # not an error of the program: the stop input also stops the program itself
+                # A stop is not an error of the program, because the stop input also stops the
+                # program.
                 if error.number == STOP:
                     task.execution = None
                     return
@@ -375,7 +381,8 @@ class Programs:
             for observer in self.observers:
                 observer.ends(task, at, to)
             task.at = at + 1 if to == NEXT else to
-            # Its own SUSPEND or HOLD has stopped the task. It later continues behind that line.
+            # The task has stopped itself with SUSPEND or HOLD. It later continues after that
+            # statement.
             if task.state != "running":
                 return
             if task.has_done(at):
@@ -386,7 +393,7 @@ class Programs:
         task.full_line = task.line
 
     def _failed(self, task: RobotTask, number: str) -> int:
-        """Return the position of the error handler, or stop the program with an alarm.
+        """Return the position of the error handler; if there is none, stop with an alarm.
 
         An error in the handler itself stops the program.
         """
@@ -406,7 +413,7 @@ class Programs:
         """Return the task that an order names.
 
         Raises:
-        CommandError: there is no such task.
+            CommandError: there is no such program, or no program is in the task.
         """
         if isinstance(wanted.program, int):
             return self.tasks[wanted.program - 1]

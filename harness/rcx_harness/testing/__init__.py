@@ -1,7 +1,7 @@
 """The pytest plugin for users who test their own PLC project: settings, cells, evidence.
 
-This module lists the settings. pytest loads it in every run, so it must not import other modules of
-the harness.
+This module lists the settings. pytest loads the module in every run, so it must not import other
+modules of the harness.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from typing import Any
 
 __all__ = ["LISTS", "OPTIONS", "VALUES"]
 
-#: Options of the command line, by the name of the ini key. The default of each is None.
+#: Maps an ini key to its option of the command line. The default of each option is None.
 OPTIONS: dict[str, dict[str, Any]] = {
     "engine": {
         "choices": ("auto", "matiec", "builtin", "strucpp"),
@@ -46,7 +46,7 @@ LISTS = {
     "replace": "ST files for POUs of a project, POU=file.st, one per line",
 }
 
-#: The other keys of the ini file.
+#: Keys of the ini file that have one value, with their help texts.
 VALUES = {
     "lib": "folder of the library; default: that of rcx-harness",
     "size": "bytes of the areas, 48 or 256; default: the robot's",

@@ -1,4 +1,4 @@
-"""The cells of a test: built from its settings, checked, attached to its report, closed."""
+"""The cells of a test: built from its settings, checked, shown in its report, and closed."""
 
 from __future__ import annotations
 
@@ -33,14 +33,14 @@ from structured_text.testing.settings import project
 
 __all__ = ["Build", "Cells", "folder_of", "shorten"]
 
-#: Type of `rcx_build`: takes options of a cell and returns the cell.
+#: Type of the fixture `rcx_build`: a function with the options of a cell that returns the cell.
 Build = Callable[..., Cell]
 
 _FILES = re.compile(r"(chart|trace|view|recording)(-\d+)?\.(svg|jsonl|html)")
 _LONGEST = 80
-#: Times of a cell, with the words that begin a message about each of them (clocks.py).
+#: Times of a cell. A message about a time begins with the given words (clocks.py).
 _TIMES = {"scan": "the scan", "rpi": "the RPI", "jitter": "the jitter", "timeout": "the time-out"}
-#: The packages of the harness.
+#: Folders of the packages of the harness, whose frames tracebacks hide.
 _PACKAGES = (Path(__file__).resolve().parents[1], Path(structured_text.__file__).resolve().parent)
 
 
@@ -60,7 +60,7 @@ class Cells:
         self._forget_last_run()
 
     def build(self, **changes: Any) -> Cell:
-        """Build a cell from the settings of the test, with these changes."""
+        """Build a cell from the settings of the test. `changes` replace some settings."""
         settings = settings_of(self._item, changes)
         recorded: list[Recorded] = []
         try:
@@ -76,7 +76,7 @@ class Cells:
         return cell
 
     def broken(self) -> str:
-        """Return a text on forbidden violations since the last call, or an empty text."""
+        """Return a text about forbidden violations since the last call. Empty if there are none."""
         found: list[Violation] = []
         for number, cell in enumerate(self._cells):
             found += cell.violations[self._told[number] :]
@@ -94,7 +94,7 @@ class Cells:
         """Close all cells.
 
         Returns:
-            The last result of `broken`.
+            The result of the last call of `broken`.
         """
         broken = self.broken()
         try:
@@ -107,7 +107,7 @@ class Cells:
         return broken
 
     def attach(self, report: pytest.TestReport) -> None:
-        """Add chart, variables and file names to a report; later calls do nothing."""
+        """Add chart, variables and file names to a report. Only the first call has an effect."""
         if self._attached or not self._cells:
             return
         self._attached = True
@@ -121,7 +121,7 @@ class Cells:
             _attach_html(report, self._files)
 
     def _collect(self) -> list[tuple[str, str]]:
-        """Return titles and texts for the report; the first call also writes the files."""
+        """Return titles and texts for the report. The first call also writes the files."""
         if self._evidence is None:
             self._evidence = []
             for number, cell in enumerate(self._cells, 1):
@@ -152,7 +152,7 @@ class Cells:
         return "\n".join(_short(path) for path in self._files)
 
     def _write_recording(self, number: int, folder: Path, suffix: str) -> Path:
-        """Write the recording that `rcx debug` opens."""
+        """Write the recording of the failed test, which `rcx debug` can open."""
         recorded, settings = self._recorded[number - 1]
         file, test = folder / f"recording{suffix}.jsonl", self._item.nodeid
         home, cell = project(self._item.config), self._cells[number - 1]
@@ -166,14 +166,17 @@ class Cells:
         return self._temporary.mktemp("rcx-" + _file_name(self._item.name)[:30])
 
     def _named_folder(self) -> Path | None:
-        """Return the test's folder below the folder for failures; None if no such folder is set."""
+        """Return the test's folder below the folder for failures.
+
+        None if the user has set no folder.
+        """
         parent = artifacts(self._item.config)
         if parent is None:
             return None
         return parent.joinpath(folder_of(self._item))
 
     def _forget_last_run(self) -> None:
-        """Remove the files that an earlier run has left for this test, because it may pass now."""
+        """Remove the files of an earlier failure of this test, because the test may pass now."""
         folder = self._named_folder()
         if folder is None or not folder.is_dir():
             return
@@ -221,7 +224,7 @@ def _hint_at_units(error: InputError, settings: Mapping[str, Any]) -> None:
 
 
 def _file_name(name: str) -> str:
-    """Return a folder name for a part of a test's name; different parts get different names."""
+    """Return a folder name for a part of a test's name. Different parts get different names."""
     plain = re.sub(r"[^\w.-]+", "-", name, flags=re.ASCII).strip("-")
     if plain == name and len(plain) <= _LONGEST and plain.strip("."):
         return plain
@@ -229,7 +232,7 @@ def _file_name(name: str) -> str:
 
 
 def shorten(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
-    """Hide the harness's frames below the user's line, except with --full-trace."""
+    """Hide the frames of the harness in a traceback, except with --full-trace."""
     for entry in excinfo.traceback:
         path = entry.path
         if isinstance(path, Path) and any(map(path.is_relative_to, _PACKAGES)):
@@ -237,12 +240,12 @@ def shorten(excinfo: pytest.ExceptionInfo[BaseException]) -> None:
 
 
 def _tells_the_user(excinfo: pytest.ExceptionInfo[BaseException] | None) -> bool:
-    """Return whether the user's input or test has caused the error, not the harness."""
+    """Return whether the user's input or test has caused the error, and not the harness."""
     return excinfo is not None and isinstance(excinfo.value, (CellTimeout, InputError))
 
 
 def _short(path: Path) -> str:
-    """Return the path relative to the current directory if it lies below, else unchanged."""
+    """Return the path relative to the current folder if the file is in it, else unchanged."""
     return os.path.relpath(path) if path.is_relative_to(Path.cwd()) else str(path)
 
 

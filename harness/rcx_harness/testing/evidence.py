@@ -23,14 +23,14 @@ from structured_text.output.units import format_us
 __all__ = ["LastChanges", "broken_rules", "chart_of", "state_of", "watched_of", "write_files"]
 
 _SECOND_US = 1_000_000
-#: If the last second has fewer changes than this, a chart covers a longer time.
+#: If the last second has fewer changes than this number, a chart covers a longer time.
 _FEWEST = 6
 _WIDTH = (80, 120)
 _MOST_RULES = 20
 
 
 class LastChanges(Timeline):
-    """The end of a run: the last second, or the last changes if that second has only a few."""
+    """The chart of the end of a run: the last second, or longer if it has only a few changes."""
 
     def __init__(self, cell: Cell) -> None:
         super().__init__(cell.trace)
@@ -44,7 +44,7 @@ class LastChanges(Timeline):
         self._shown = sorted({*last, cell.now_us})
 
     def instants(self) -> list[int]:
-        """Return the times of the last changes, and the end."""
+        """Return the times of the last changes, and the time of the end."""
         return self._shown
 
     @property
@@ -54,7 +54,7 @@ class LastChanges(Timeline):
 
 
 def chart_of(cell: Cell) -> str:
-    """Return the end of the run as text, below a line with its time range."""
+    """Return the chart of the end of a run as text, below a line with its time range."""
     chart = LastChanges(cell)
     width = max(_WIDTH[0], min(shutil.get_terminal_size((100, 24)).columns, _WIDTH[1]))
     out = sys.__stdout__
@@ -69,9 +69,11 @@ def chart_of(cell: Cell) -> str:
 
 
 def state_of(cell: Cell) -> str:
-    """Return the programs' plain variables, the blocks that are busy or in error, and the tasks.
+    """Return variables of the programs, blocks that are busy or in error, and robot tasks.
 
-    A task is shown with its line if a robot program is a text.
+    Variables with structures and blocks as types are left out.
+
+    A task is shown with its line if the robot program has source text.
     """
     return "\n".join([*_state(cell), *_tasks(cell)])
 

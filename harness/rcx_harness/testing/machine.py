@@ -42,7 +42,7 @@ from structured_text.testing.settings import project
 
 __all__ = ["CellMachine", "run_machine"]
 
-#: Faults without a duration.
+#: Faults that have no duration.
 _AT_ONCE = ("power_cycle", "alarm", "plc_overrun")
 _QUIET = (HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much)
 _HELD_MS = st.sampled_from((10, 20, 50, 100, 200, 500, 1000, 3000))
@@ -58,9 +58,9 @@ class CellMachine(RuleBasedStateMachine):
     """
 
     cells: Cells
-    """The arguments that build the cells."""
+    """The arguments with which `Cell.build` builds the cells."""
     replay_file: Path
-    """Folder for a failing run."""
+    """Folder for the stimulus file of a failing run."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -75,13 +75,13 @@ class CellMachine(RuleBasedStateMachine):
 
     @rule(scans=st.sampled_from((1, 2, 5, 10, 30, 100, 300)))
     def wait(self, scans: int) -> None:
-        """Let time pass."""
+        """Run the cell for some time."""
         self._try(lambda: self._course.let_pass(scans * self.cell.timing.scan_us))
 
     @precondition(lambda self: bool(self.demands.buttons))
     @rule(data=st.data(), held_ms=_HELD_MS)
     def press(self, data: st.DataObject, held_ms: int) -> None:
-        """Press a button; it is released after `held_ms` in any case."""
+        """Press a button. It is released after `held_ms`."""
         button = data.draw(st.sampled_from(self.demands.buttons))
         self._plan(Entry(self.cell.now_us, values={button: True}, held_us=held_ms * 1000))
 
@@ -101,7 +101,7 @@ class CellMachine(RuleBasedStateMachine):
     @precondition(lambda self: bool(self.demands.faults))
     @rule(data=st.data(), held_ms=_HELD_MS)
     def fault(self, data: st.DataObject, held_ms: int) -> None:
-        """Cause a fault for `held_ms`."""
+        """Cause a fault that lasts `held_ms`."""
         name = data.draw(st.sampled_from(self.demands.faults))
         controller = 1
         if not name.startswith("plc_"):
@@ -129,7 +129,7 @@ class CellMachine(RuleBasedStateMachine):
         self._try(self._course.check)
 
     def set(self, values: Mapping[str, Any]) -> None:
-        """Set variables, and let a short time pass."""
+        """Set variables, and run the cell for a short time."""
         self._plan(Entry(self.cell.now_us, values=values))
 
     def _plan(self, act: Entry) -> None:
@@ -160,7 +160,7 @@ def run_machine(
     settings: Mapping[str, Any],
     temporary: Path,
 ) -> None:
-    """Run a machine on cells with the settings of a test.
+    """Run a state machine of hypothesis on cells with the settings of a test.
 
     `demands` are files relative to the project's folder. Without `machine`, `CellMachine` runs.
     `temporary` is the folder for a failing run if the project names none.

@@ -1,7 +1,7 @@
 """The pytest plugin: fixtures `cell`, `robot` and `rcx_build` for tests of a PLC project.
 
-pytest loads this module in every run of an environment that has the package. Therefore it imports
-nothing of the harness until a test uses a fixture. docs/how-to/testing.md is the user's page.
+pytest loads this module in every run of an environment that has the package. Therefore this module
+imports the harness only when a test uses a fixture. docs/how-to/testing.md is the user's page.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 
 def pytest_report_header(config: pytest.Config) -> str | None:
-    """Return one line: version, engine, link, seed."""
+    """Return the line for pytest's report header: version, engine, link, seed."""
     if not _in_use(config):
         return None
     from rcx_harness.testing.settings import header
@@ -84,7 +84,7 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
 def rcx_build(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> Iterator[Build]:
-    """Return a function that builds further cells; it takes the arguments of the marker `rcx`."""
+    """Return a function that builds further cells. It takes the arguments of the marker `rcx`."""
     from rcx_harness.testing.cells import Cells
 
     cells = Cells(request.node, tmp_path_factory)
@@ -104,7 +104,7 @@ def cell(rcx_build: Build) -> Cell:
         return rcx_build()
     except InputError as error:
         reason = f"rcx: {error}"
-    # outside of `except`, so that the traceback of the first error is not printed as well
+    # outside of `except`, because pytest would otherwise print two tracebacks
     pytest.fail(reason, pytrace=False)
 
 
@@ -118,8 +118,8 @@ def robot(cell: Cell) -> Controller:
 def rcx_machine(request: pytest.FixtureRequest, tmp_path: Path) -> Callable[..., None]:
     """Return a function that runs hypothesis's state machine on a cell.
 
-    Its arguments are files of demands, `machine=`, and settings of hypothesis such as
-    `max_examples` and `stateful_step_count`.
+    The arguments of the function are files of demands, `machine=`, and settings of hypothesis such
+    as `max_examples` and `stateful_step_count`.
     """
     from structured_text.errors import InputError
 

@@ -1,4 +1,4 @@
-"""The settings of a test's cell; their precedence: marker, command line, ini file, defaults."""
+"""The settings of a test's cell. Their precedence is: marker, command line, ini file, defaults."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ _IN_INI = [n for n in (*OPTIONS, *VALUES) if n not in ("robot", "watch", "artifa
 _NUMBERS = ("seed", "size", "m", "n")
 _DURATIONS = ("scan", "rpi", "jitter")
 
-#: All rules that can be reported as broken, grouped by the part that reports them.
+#: All rules that can be reported as broken, grouped by the monitor that reports them.
 RULES = {
     "monitor": (
         "interval",
@@ -94,7 +94,10 @@ def header(config: pytest.Config) -> str:
 
 
 def artifacts(config: pytest.Config) -> Path | None:
-    """Return the folder for charts and traces of failed tests; None: pytest's temporary folder."""
+    """Return the folder for charts and traces of failed tests.
+
+    None means pytest's temporary folder.
+    """
     given = config.getoption("rcx_artifacts")
     if given is not None:
         return config.invocation_params.dir / str(given)
@@ -112,7 +115,8 @@ def known(changes: Mapping[str, Any]) -> None:
 def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]:
     """Return the arguments of `Cell.build` for a cell of this test.
 
-    The nearest marker `rcx` has precedence; `changes` from the test itself precede all markers.
+    The nearest marker `rcx` has precedence over other markers. `changes` have precedence over all
+    markers.
     """
     settings = dict(_of_run(item.config))
     for marker in reversed(list(item.iter_markers("rcx"))):
@@ -138,7 +142,7 @@ def settings_of(item: pytest.Item, changes: Mapping[str, Any]) -> dict[str, Any]
 
 
 def _of_run(config: pytest.Config) -> dict[str, Any]:
-    """Return the settings of ini file and command line; file names are absolute."""
+    """Return the settings of ini file and command line. File names become absolute."""
     settings: dict[str, Any] = {}
     for name in ("sources", "watch", "robot", "replace"):
         if config.getini(f"rcx_{name}"):
@@ -159,14 +163,14 @@ def _of_run(config: pytest.Config) -> dict[str, Any]:
 
 
 def _below(folder: Path, named: Any) -> Any:
-    """Return one or several file names relative to a folder; return other values unchanged."""
+    """Return one or several file names as paths below a folder. Return other values unchanged."""
     if isinstance(named, (str, Path)):
         return folder / named
     return [_below(folder, one) for one in named] if isinstance(named, (list, tuple)) else named
 
 
 def _replacements(home: Path, given: Any) -> dict[str, Path]:
-    """Return files for POUs by name, from a table or from lines `POU=file.st`."""
+    """Return the replacement files by POU, from a table or from lines `POU=file.st`."""
     pairs = given.items() if isinstance(given, Mapping) else [_pair(str(one)) for one in given]
     return {name: home / file for name, file in pairs}
 
@@ -182,7 +186,7 @@ def _pair(text: str) -> tuple[str, str]:
 
 
 def _number(name: str, value: object) -> int | list[int]:
-    """Return a whole number; for the areas of several robots return a list of numbers."""
+    """Return a setting as a whole number. If areas of several robots are set, return a list."""
     try:
         numbers = [int(part) for part in str(value).split()]
     except ValueError:
@@ -195,7 +199,7 @@ def _number(name: str, value: object) -> int | list[int]:
 
 
 def _files(home: Path, sources: Any) -> list[Path]:
-    """Return the files for names, patterns and folders, in their order."""
+    """Return the files that names, patterns and folders select, in the given order."""
     found: list[Path] = []
     for source in [sources] if isinstance(sources, (str, Path)) else sources:
         place = home / source
@@ -218,7 +222,7 @@ def _auto_engine() -> str:
 
 
 def _engine(settings: Mapping[str, Any]) -> str:
-    """Return the engine that will run, with the reason if it was chosen automatically."""
+    """Return the name of the engine. If it was chosen automatically, add the reason."""
     engine = str(settings.get("engine", "auto"))
     if engine != "auto":
         return engine
@@ -229,7 +233,7 @@ def _engine(settings: Mapping[str, Any]) -> str:
 
 
 def wrong_marker(marker: pytest.Mark) -> str:
-    """Return the mistake in a marker `allow_violations`; empty if there is none."""
+    """Return a text about the mistake in a marker `allow_violations`. Empty if there is none."""
     names = list(dict.fromkeys(name for some in RULES.values() for name in some))
     every = f"the rules are: {', '.join(names)}"
     if marker.kwargs:

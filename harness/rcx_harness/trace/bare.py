@@ -12,9 +12,9 @@ __all__ = ["heard"]
 
 
 def heard(take: Callable[[Record], None]) -> Callable[[Any], None]:
-    """Return a listener for the records of a bench that passes them on as records of a cell.
+    """Return a listener that converts the records of a bench to records of a cell.
 
-    A scan of a bench has empty areas.
+    The areas of the converted scans are empty.
     """
 
     def hear(record: Any) -> None:

@@ -1,7 +1,7 @@
-"""The timing chart of a run, as the manual draws them: the changes of each signal over time.
+"""The timing chart of a run, in the style of the manual: the changes of each signal over time.
 
-A column is an instant at which something changed, below its time. An answer after 5 ms is therefore
-as visible as an interval of 100 ms. Long runs continue in bands below each other.
+Each column is an instant at which a value changed, so an answer after 5 ms is as visible as an
+interval of 100 ms. Long runs continue in bands below each other.
 """
 
 from __future__ import annotations
@@ -40,23 +40,24 @@ __all__ = [
     "time_labels",
 ]
 
-#: Limit of instants in a chart, to keep it readable; a wave file has all of them.
+#: Greatest number of instants in a readable chart. A wave file contains all instants.
 MOST_INSTANTS = 400
 
-#: The names get two fifths of the width, but at least and at most these numbers of characters.
+#: The names get two fifths of the width. These are the least and the greatest width in characters.
 _LABEL = (26, 50)
-#: A watched variable with more changes gets no separate columns.
+#: If a watched variable has more changes than this, its changes get no columns of their own.
 _OFTEN = 50
-#: If there are more watched variables, variables that never change are left out.
+#: If more variables than this number are watched, variables that never change are left out.
 _MOST_STILL = 16
-#: Longest text for which a column becomes wider [characters].
+#: A column becomes wider for a text up to this length [characters].
 LONGEST_TEXT = 24
-#: A text that is cut to this number of letters is not shown, because nobody could understand it.
+#: If only this number of letters of a text fits, the text is left out, because it would be
+#: unreadable.
 _TOO_FEW = 2
 
 _WORD = ElementaryType("WORD")
 
-#: Text that is shown instead of a chart if nothing has changed.
+#: Text that replaces the chart if nothing has changed.
 NOTHING = "no dedicated signal and no remote command changed"
 
 
@@ -66,16 +67,17 @@ def _when(change: tuple[int, Any]) -> int:
 
 @dataclass
 class Lane:
-    """One signal: its changes as (time in microseconds, new value).
+    """One signal of a chart: its changes as (time in microseconds, new value).
 
     Attributes:
         name: The text beside the lane.
         kind: `input`, `output`, `variable` or `event` for ON or OFF, `word` for a word, `value` for
             values as text, `task` for a task of a robot program, `stage` for the names of an
             enumeration, `curve` for a number over time, `finding` for broken rules.
-        changes: In order of time.
+        changes: The changes in order of time.
         first: The value before the first change.
-        show: Function that converts a value to text; None: a word is shown in hexadecimal digits.
+        show: Function that converts a value to text. With None a word is shown in hexadecimal
+            digits.
         always: Whether the lane is drawn even if it is OFF all the time.
     """
 
@@ -87,43 +89,49 @@ class Lane:
     always: bool = False
 
     def note(self, t_us: int, value: Any) -> None:
-        """Record the value from `t_us` on."""
+        """Record that the signal has this value from `t_us` on."""
         if value != (self.changes[-1][1] if self.changes else self.first):
             self.changes.append((t_us, value))
 
     def text(self, value: Any) -> str:
-        """Return a value as text."""
+        """Return a value of this signal as text."""
         if self.show is not None:
             return self.show(value)
         return f"0x{value:04X}" if self.kind == "word" else str(value)
 
     def short(self, value: Any) -> str:
-        """Return a value as short text for a terminal."""
+        """Return a value of this signal as short text for a terminal."""
         return self.text(value).removeprefix("0x")
 
     @property
     def is_text(self) -> bool:
-        """Return whether the columns show its values as text."""
+        """Return whether the chart shows the values of this signal as text."""
         return self.kind in ("word", "value", "curve", "task")
 
     def is_idle(self, value: Any) -> bool:
-        """Return whether the value is drawn as a plain line: the word 0, or no program."""
+        """Return whether a value is drawn as a line without text: the word 0, or no program."""
         return self.kind in ("word", "task") and not value
 
     @property
     def is_curve(self) -> bool:
-        """Return whether a chart to scale draws it as a curve: a position, or a restless number."""
+        """Return whether a chart that is true to scale draws this signal as a curve.
+
+        Curves are positions, and numbers that change very often.
+        """
         if self.kind == "curve":
             return True
         return self.kind == "value" and self.is_restless and isinstance(self.first, (int, float))
 
     @property
     def is_restless(self) -> bool:
-        """Return whether the lane changes too often to get a column for each change."""
+        """Return whether the signal changes too often to get a column for each change."""
         return len(self.changes) > _OFTEN
 
     def spans(self, begin_us: int, end_us: int) -> Iterator[tuple[int, int, Any]]:
-        """Yield start, end and value within these times, without values of duration 0."""
+        """Yield start, end and value of each period between two times.
+
+        Periods with the duration 0 are left out.
+        """
         inside = [change for change in self.changes if begin_us < change[0] < end_us]
         starts = [(begin_us, self.value_at(begin_us)), *inside]
         ends = [*(t_us for t_us, _ in inside), end_us]
@@ -132,14 +140,14 @@ class Lane:
                 yield start, stop, value
 
     def value_at(self, t_us: int) -> Any:
-        """Return the value from `t_us` on."""
+        """Return the value that the signal has from `t_us` on."""
         found = bisect_right(self.changes, t_us, key=_when)
         return self.changes[found - 1][1] if found else self.first
 
     def tells(self, first_us: int, last_us: int) -> bool:
         """Return whether the lane must be drawn from `first_us` to `last_us`.
 
-        Bits that are OFF and findings without a mark are left out.
+        A chart leaves out bits that are OFF and findings without a mark.
         """
         if self.always:
             return True
@@ -147,7 +155,7 @@ class Lane:
         return bool(on) or self.count(first_us, last_us + 1) > 0
 
     def limits(self) -> tuple[float, float]:
-        """Return the least and the greatest number among its values."""
+        """Return the least and the greatest value of this signal."""
         values = (self.first, *(value for _, value in self.changes))
         numbers = [v for v in values if isinstance(v, (int, float)) and math.isfinite(v)]
         return min(numbers, default=0), max(numbers, default=0)
@@ -158,13 +166,13 @@ class Lane:
         return bisect_left(self.changes, end_us, key=_when) - first
 
     def changes_at(self, t_us: int) -> bool:
-        """Return whether there is a change at exactly this time."""
+        """Return whether the signal changes exactly at this time."""
         return self.count(t_us, t_us + 1) > 0
 
 
 @dataclass(frozen=True)
 class Band:
-    """Some successive instants of a chart, with the lanes to draw."""
+    """A part of a chart: some successive instants, with the lanes to draw."""
 
     instants: tuple[int, ...]
     widths: tuple[int, ...]
@@ -172,7 +180,10 @@ class Band:
 
 
 class _Signals:
-    """The lanes of one controller; the names have the controller's number, except for the first."""
+    """The lanes of one controller.
+
+    The names contain the controller's number, except for controller 1.
+    """
 
     def __init__(self, controller: int) -> None:
         table, who = signals(), "" if controller == 1 else f"{controller}: "
@@ -180,13 +191,13 @@ class _Signals:
         self.outputs = [(one.byte, one.bit, _lane(one, "output", who)) for one in table.output]
         self._codes = [one.signal for one in (*table.input, *table.output)]
         self.alarms: set[str] = set()
-        """The alarms that ended remote commands."""
+        """The numbers of the alarms that ended remote commands."""
         self.code = Lane(f"{who}Remote command code", "word", show=command_name)
         self.status = Lane(f"{who}Remote status", "word")
         self._si = self._so = b""
 
     def take(self, scan: Scan) -> None:
-        """Take the next scan."""
+        """Add the changes of the controller's signals in the next scan."""
         if scan.so != self._so:
             self._so = scan.so
             self.status.note(scan.t_us, word(scan.so, 0))
@@ -201,9 +212,9 @@ class _Signals:
                 lane.note(scan.t_us, scan.si[byte] >> bit & 1)
 
     def lanes(self, told: Collection[str]) -> list[Lane]:
-        """Return the bits that changed or explain something, the command code and the status.
+        """Return the lanes to draw: changed or explaining bits, command code, and status.
 
-        `told` has bits that explain something and that cannot be derived from the areas.
+        `told` has bits that explain a problem although the areas do not show it.
         """
         bits = [lane for _, _, lane in self.inputs + self.outputs]
         ever_on = {code for code, lane in zip(self._codes, bits, strict=True) if lane.changes}
@@ -215,16 +226,16 @@ class _Signals:
 
 
 class _Variables:
-    """The lanes of the watched variables; structures and arrays have a lane per part."""
+    """The lanes of the watched variables. Structures and arrays have a lane for each element."""
 
     def __init__(self, watched: Mapping[str, Type]) -> None:
         self._changed = Changed(watched)
         self._lanes: dict[str, Lane] = {}
         self.words: set[int] = set()
-        """All values of WORD variables; some of them are ErrorIDs."""
+        """All values of WORD variables. Some of these values are ErrorIDs."""
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
-        """Take the values of a scan."""
+        """Add the values of the watched variables after the next scan."""
         for part, held in self._changed.take(values):
             if part.type == _WORD:
                 self.words.add(held)
@@ -236,7 +247,7 @@ class _Variables:
                 self._lanes[part.path] = _of_variable(part.path, part.type, held)
 
     def lanes(self) -> list[Lane]:
-        """Return the lanes that changed, or all lanes if they are few."""
+        """Return the lanes that have changed. If there are only few lanes, return all of them."""
         every = list(self._lanes.values())
         return every if len(every) <= _MOST_STILL else [lane for lane in every if lane.changes]
 
@@ -254,9 +265,9 @@ def _text_of(kind: Type, value: Any) -> str:
 class Timeline:
     """The changes of the dedicated signals, as the PLC reads and writes them.
 
-    It also collects the lines of the tasks of robot programs, if they are recorded. With a trace it
-    also collects the changes of recorded variables and positions. Give `take` to `Trace.listen`.
-    Memory grows with the changes, not with the time.
+    It also collects the lines of the tasks of robot programs, if these are recorded. With a trace
+    it collects the changes of recorded variables and positions in addition. Pass `take` to
+    `Trace.listen`. Memory grows with the changes, not with the time.
     """
 
     def __init__(self, trace: samples.Trace[Any] | None = None) -> None:
@@ -272,10 +283,10 @@ class Timeline:
         self._findings = Lane("Rule broken", "finding")
         self._named: set[str] = set()
         self.end_us = 0
-        """The time of the last record."""
+        """The time of the last record [us]."""
 
     def take(self, record: Record) -> None:
-        """Take the next record of the run."""
+        """Add the changes of the next record of the run."""
         self.end_us = record.t_us
         if isinstance(record, Scan):
             if record.so and record.controller not in self._controllers:
@@ -310,16 +321,15 @@ class Timeline:
                 lane.note(record.t_us, shown.get(key, ""))
 
     def explain(self, errors: Iterable[int]) -> None:
-        """Add ErrorIDs: the signals that their causes name are drawn even while they are OFF."""
+        """Add ErrorIDs. Signals in the cause of an ErrorID are drawn even if they are OFF."""
         self._named |= of_errors(errors)
 
     def lanes(self) -> list[Lane]:
-        """Return signals of each controller, tasks, variables, positions, and broken rules if any.
+        """Return the lanes: signals, tasks, variables, positions and broken rules.
 
-        A signal that has never been ON is drawn only if it explains why a request had no effect. It
-        does so if a broken rule or the cause of an ErrorID names it, if an alarm that ended a
-        remote command concerns it, or if it is the answer to an input that has been ON or a
-        condition of that answer.
+        A signal that has never been ON is drawn only if it explains why a request had no effect.
+        Such a signal is named by a broken rule or by the cause of an ErrorID, belongs to the alarm
+        of a remote command, or is the missing answer to an input or a condition of this answer.
         """
         told = {*self._named, *of_errors(self._variables.words)}
         every = [lane for one in self._controllers.values() for lane in one.lanes(told)]
@@ -335,9 +345,10 @@ class Timeline:
         return found
 
     def instants(self) -> list[int]:
-        """Return the times at which something changed, in order.
+        """Return the times at which a lane changed, in order.
 
-        Curves, tasks and restless lanes count only if there are no other changes.
+        Changes of curves, of tasks and of very frequently changing lanes count only if there are no
+        other changes.
         """
         moving = {
             id(one) for one in self._of_cell() if one.kind in ("curve", "task") or one.is_restless
@@ -347,7 +358,7 @@ class Timeline:
         return _times(calm) or _times(lanes)
 
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
-        """Return the chart in bands of at most the given width.
+        """Return the bands of the chart. A band is at most as wide as `room`.
 
         A band does not show bits that are OFF in the whole band.
 
@@ -365,7 +376,7 @@ class Timeline:
         return found
 
     def left_out(self) -> int:
-        """Return how many instants the chart does not show."""
+        """Return the number of instants that the chart leaves out."""
         return max(0, len(self.instants()) - MOST_INSTANTS)
 
 
@@ -396,7 +407,8 @@ def _breaks(widths: Sequence[int], room: int) -> Iterator[int]:
 def column_widths(timeline: Timeline, narrow: int, need: Callable[[int], int]) -> list[int]:
     """Return the widths of the columns of a chart, wide enough for short values.
 
-    `need` returns the width of a text of this many characters, with its margins.
+    `need` is a function that returns the width of a text with this number of characters, with
+    margins.
     """
     instants = timeline.instants()[:MOST_INSTANTS]
     widths = [narrow] * len(instants)
@@ -422,8 +434,8 @@ def time_labels(instants: Sequence[int]) -> list[str]:
 def text_chart(timeline: Timeline, width: int = 100, *, ascii_only: bool = False) -> str:
     """Return the chart for a terminal.
 
-    A line has `width` characters, at least 60. With `ascii_only` the chart is for terminals without
-    Unicode.
+    A line has `width` characters, at least 60. With `ascii_only` the chart has only ASCII
+    characters.
     """
     labels = time_labels(timeline.instants()[:MOST_INSTANTS])
     if not labels:
@@ -443,7 +455,7 @@ def text_chart(timeline: Timeline, width: int = 100, *, ascii_only: bool = False
 
 
 def name_width(names: Iterable[str], width: int) -> int:
-    """Return the number of characters for the names of the lanes in a chart of that width."""
+    """Return the width of the names of the lanes [characters] in a chart of the given width."""
     return min(max(map(len, names)), max(_LABEL[0], width * 2 // 5), _LABEL[1])
 
 
@@ -453,7 +465,10 @@ def _with_edge(letters: int) -> int:
 
 @dataclass(frozen=True)
 class Glyphs:
-    """The characters of a chart on a terminal; `levels` from low to high."""
+    """The characters of a chart on a terminal.
+
+    `levels` has the characters of a curve from low to high.
+    """
 
     low: str
     high: str
@@ -466,16 +481,22 @@ class Glyphs:
     levels: str
 
     def finished(self, lines: Iterable[str]) -> str:
-        """Return the chart; a terminal without Unicode gets question marks for other characters."""
+        """Return the finished chart.
+
+        For a terminal without Unicode, other characters become question marks.
+        """
         chart = "\n".join(lines).rstrip() + "\n"
         return chart.encode("ascii", "replace").decode() if self is _ASCII else chart
 
     def name(self, name: str, width: int) -> str:
-        """Return the beginning of a line: the name, cut to that width."""
+        """Return the name of a lane, cut to the given width, for the beginning of a line."""
         return f"{self.cut(name, width):<{width}} "
 
     def cut(self, text: str, room: int) -> str:
-        """Return a text cut to the given width; empty if too few letters would remain."""
+        """Return a text, cut to the given width.
+
+        If too few letters would remain, return an empty text.
+        """
         if len(text) <= room:
             return text
         return text[: room - 1] + self.more if room > _TOO_FEW + 1 else ""
@@ -509,9 +530,9 @@ def _line(lane: Lane, band: Band, names: int, drawn: Glyphs) -> str:
 
 
 def _texts(lane: Lane, band: Band, drawn: Glyphs) -> Iterator[str]:
-    """Yield the pieces of a lane: a plain line for the word 0, else the value at its start.
+    """Yield the pieces of a lane. The word 0 is a line; another value is written at its start.
 
-    At the start of a band the value is written again.
+    The value is repeated at the start of each band.
     """
     before = lane.value_at(band.instants[0] - 1)
     values = [lane.value_at(t_us) for t_us in band.instants]

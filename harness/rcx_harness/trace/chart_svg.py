@@ -1,7 +1,7 @@
 """Timing charts as SVG pictures: the drawing of lanes, and the chart of a run.
 
-No library is used. Charts of wavedrom consist of one endless row, they cut names and values to a
-fixed width, and they cannot print a time above each change.
+The drawing uses no library. A chart of wavedrom, for example, is one endless row, cuts names and
+values to a fixed width, and cannot print a time above each change.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ __all__ = [
 CURVE = 40
 
 _COLUMN, _ROW = 74, 30
-#: Width of a letter in pixels: in a name, in a text in a small box, in a value.
+#: Width of a letter in pixels, for three uses: in a name, in a small box, in a value.
 _LETTER, _SMALL, _VALUE = 7.6, 5.9, 7.3
 #: Width for the columns of a band, in pixels.
 _ROOM = 12 * _COLUMN
@@ -49,8 +49,8 @@ _LEAD = 24
 _HEAD = 46
 _GAP = 18
 
-#: Times of a curve [us]: time without a change after which the curve is at rest, time between two
-#: points of the curve, and duration of a step.
+#: Times of a curve [us]: a curve is at rest after the first time without a change; the second is
+#: the time between two points; the third is the duration of a step.
 _REST_US, _FINE_US, _STEP_US = 20_000, 15_000, 5_000
 
 #: Colour of a wave by the kind of its lane.
@@ -82,7 +82,7 @@ _Span = tuple[float, float, Any]
 
 @dataclass(frozen=True)
 class Columns:
-    """A time axis with a column per instant, column k at `xs[k]`; not to scale."""
+    """A time axis that is not to scale: each instant has a column; column k begins at `xs[k]`."""
 
     left: int
     right: int
@@ -120,7 +120,7 @@ class Scale:
         return round(self.left + (t_us - self.begin_us) * scale, 1)
 
     def spans(self, lane: Lane) -> list[_Span]:
-        """Return the values of a lane from left to right; times before 0 are left out."""
+        """Return the values of a lane from left to right. Values before the time 0 are left out."""
         spans = lane.spans(max(self.begin_us, 0), self.end_us)
         return [(self.x(start), self.x(stop), value) for start, stop, value in spans]
 
@@ -129,7 +129,7 @@ class Scale:
         return [self.x(t_us) for t_us, _ in lane.changes if self.begin_us <= t_us < self.end_us]
 
     def round_times(self, steps_us: Sequence[int], most: int) -> Iterator[tuple[int, float]]:
-        """Yield times to mark with their positions, at the first step with at most `most` marks."""
+        """Yield times and positions of the time marks. There are at most `most` marks."""
         whole = self.end_us - self.begin_us
         step = next((one for one in steps_us if whole / one <= most), steps_us[-1])
         for t_us in range(-(-max(self.begin_us, 0) // step) * step, self.end_us + 1, step):
@@ -143,11 +143,11 @@ class Look:
     Attributes:
         high: Height from OFF to ON.
         edge: Half the width of an edge.
-        digits: Position of a word's digits, right of its edge and above OFF.
-        room: Width of the narrowest box that shows digits.
-        filled: Whether ON is filled and the box of a word shows its digits as a tooltip.
-        whole: Whether a curve is scaled to the values of the whole run instead of the shown part,
-            and has as many points as are visible.
+        digits: Offset of the digits of a word: to the right of the edge, and above the OFF level.
+        room: Least width of a box that shows digits.
+        filled: Whether ON is drawn as a filled area, and boxes show their digits as tooltips.
+        whole: Whether a curve is scaled to the values of the whole run instead of the shown part.
+            Such a curve has as many points as are visible.
     """
 
     high: int = 18
@@ -162,20 +162,20 @@ _PLAIN = Look()
 
 
 def text(x: float, y: float, words: str, kind: str = "") -> str:
-    """Return a line of text with a class of the style sheet."""
+    """Return the SVG element of a text, with a class of the style sheet."""
     shown = f' class="{kind}"' if kind else ""
     return f'<text{shown} x="{x:g}" y="{y:g}">{escape(words)}</text>'
 
 
 def rule(kind: str, x1: float, y1: float, x2: float, y2: float) -> str:
-    """Return a straight line with a class of the style sheet."""
+    """Return the SVG element of a straight line, with a class of the style sheet."""
     return f'<line class="{kind}" x1="{x1:g}" y1="{y1:g}" x2="{x2:g}" y2="{y2:g}"/>'
 
 
 def document(
     width: int, height: int, style: str, body: Iterable[str], before: Iterable[str] = ()
 ) -> str:
-    """Return the text of an SVG file; `before` is placed above its style sheet."""
+    """Return the text of an SVG file. `before` is text in front of the style sheet."""
     size = f'width="{width}" height="{height}"'
     lines = [
         f'<svg xmlns="http://www.w3.org/2000/svg" {size} viewBox="0 0 {width} {height}">',
@@ -188,14 +188,12 @@ def document(
 
 
 def draw_lane(lane: Lane, axis: Columns | Scale, base: int, look: Look = _PLAIN) -> list[str]:
-    """Return the elements of one lane.
+    """Return the SVG elements of one lane.
 
-    Words and values are drawn as boxes with their texts, stages as boxes with their names, and
-    broken rules as marks. Any other lane is a wave, or boxes if it has values other than 0 and 1.
-    On a time scale a curve is a line between its least and greatest value; in columns its values
-    are shown.
-
-    `base` is the vertical position of OFF.
+    Words and values are drawn as boxes with texts, stages as boxes with names, and broken rules as
+    marks. Another lane is a wave, or consists of boxes if it has values other than 0 and 1. A curve
+    is a line if the time axis is to scale, else its values are shown as text. `base` is the
+    vertical position of the OFF level.
     """
     colour = COLOURS[lane.kind]
     if lane.kind == "finding":
@@ -230,7 +228,10 @@ def _wave(spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[st
 
 
 def _texts(lane: Lane, spans: Sequence[_Span], base: int, colour: str, look: Look) -> list[str]:
-    """Return a line for the word 0, and a box with its text, if it fits, for any other value."""
+    """Return the elements of a lane with texts: a line for the word 0, a box for another value.
+
+    A box contains the text of the value if it fits.
+    """
     middle, top, edge = base - look.high // 2, base - look.high, look.edge
     parts = []
     for x, end, value in spans:
@@ -251,7 +252,7 @@ def _texts(lane: Lane, spans: Sequence[_Span], base: int, colour: str, look: Loo
 
 
 def _fitting(whole: str, width: float, look: Look) -> str:
-    """Return the part of a text that fits into its box; empty if too few letters fit."""
+    """Return the part of a text that fits into its box. If too few letters fit, it is empty."""
     if look.room:
         return whole if width >= look.room * len(whole) / 6 else ""
     letters = int((width - look.digits[0] - look.edge) / _VALUE)
@@ -278,7 +279,7 @@ def _names(lane: Lane) -> dict[Any, str]:
 def _boxes(
     spans: Sequence[_Span], base: int, colour: str, names: dict[Any, str], look: Look
 ) -> list[str]:
-    """Return a box for each value, with its name if it fits."""
+    """Return a box for each value of a lane. A box contains the name of the value if it fits."""
     parts = []
     for x, end, value in spans:
         parts.append(_box(x, end, base, f'fill="#f6f3fa" stroke="{colour}"', look))
@@ -290,7 +291,7 @@ def _boxes(
 
 
 def _curve(lane: Lane, axis: Scale, base: int, colour: str, look: Look) -> list[str]:
-    """Return a number over time, with its least and its greatest value at the left."""
+    """Return the elements of a curve, with its least and greatest value on the left."""
     numbers = (int, float)
     spans = [
         span
@@ -329,7 +330,7 @@ def _bends(spans: Sequence[tuple[int, int, Any]], fine_us: int) -> Iterator[tupl
 
 
 def svg_chart(timeline: Timeline, title: str = "") -> str:
-    """Return the chart of a run; the same run gives the same bytes."""
+    """Return the chart of a run as SVG. The same run gives the same bytes."""
     bands = timeline.bands(column_widths(timeline, _COLUMN, _box_width), _ROOM)
     labels = time_labels([t_us for band in bands for t_us in band.instants])
     names = [lane.name for lane in timeline.lanes()]
@@ -355,7 +356,10 @@ def svg_chart(timeline: Timeline, title: str = "") -> str:
 
 
 def _lead(band: Band) -> int:
-    """Return the width of the space before the first column; it shows the values that end there."""
+    """Return the width of the space before the first column.
+
+    It shows the values before the first change.
+    """
     wanted = [_LEAD]
     for lane in band.lanes:
         before, then = (lane.value_at(band.instants[0] - back) for back in (1, 0))

@@ -1,4 +1,4 @@
-"""The dedicated signals that are OFF and therefore explain why a request has no effect.
+"""Search for dedicated signals that are OFF and so explain why a request has no effect.
 
 A chart leaves out all other signals that are always OFF.
 """
@@ -28,14 +28,15 @@ _REQUESTS: dict[str, tuple[str, tuple[str, ...]]] = {
     "SI(15)": ("SO(14)", ("SO(10)",)),
     "SI(17)": ("SO(11)", ("SI(00)", "SI(06)")),
 }
-#: The signal of an alarm; names of alarms: spec/alarms.toml and public_alarms.toml.
+#: Maps an alarm to its signal. The names of the alarms are in spec/alarms.toml and
+#: public_alarms.toml.
 _ALARMS = {
     "0.20": "SO(10)",  # illegal mode
-    "6.300": "SO(02)",  # motor power off
+    "6.300": "SO(02)",  # alarm: the motor power is off
     "6.301": "SO(02)",  # servo off
     "6.302": "SO(11)",  # origin incomplete
-    "12.400": "SI(06)",  # standard in stop on
-    "12.600": "SI(00)",  # emergency stop on
+    "12.400": "SI(06)",  # alarm: the stop input is active
+    "12.600": "SI(00)",  # alarm: the emergency stop is active
 }
 
 
@@ -45,9 +46,9 @@ def named(texts: Iterable[str]) -> set[str]:
 
 
 def unanswered(ever_on: Collection[str]) -> set[str]:
-    """Return the missing answers to inputs that were ON, and the missing conditions of the answers.
+    """Return answers that are missing although their input was ON, and missing conditions of them.
 
-    SI(00) is included if it has never released the emergency stop that SO(00) shows.
+    SI(00) is included if SO(00) shows an emergency stop and SI(00) was never ON.
     """
     found = {
         signal
@@ -61,7 +62,7 @@ def unanswered(ever_on: Collection[str]) -> set[str]:
 
 
 def of_alarms(numbers: Iterable[str]) -> set[str]:
-    """Return the signals of alarms that have ended remote commands."""
+    """Return the signals that belong to alarms which have ended remote commands."""
     return {_ALARMS[number] for number in numbers if number in _ALARMS}
 
 
@@ -72,7 +73,7 @@ def of_errors(numbers: Iterable[int]) -> set[str]:
 
 
 def shown_errors(program: Program) -> set[int]:
-    """Return the ErrorIDs that a program shows now: its blocks, and its own variables."""
+    """Return the ErrorIDs that the blocks and the variables of a program contain now."""
     return {number for path in _words(program) if (number := int(str(program.read(path))))}
 
 

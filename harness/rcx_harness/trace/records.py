@@ -32,7 +32,7 @@ class Scan(NamedTuple):
     controller: int = 1
 
     def line(self) -> str:
-        """Return the record as JSON; `vars` only if variables are watched."""
+        """Return the record as JSON. It contains `vars` only if variables are watched."""
         which = _which(self.controller)
         head = f'{{"t_us":{self.t_us},"scan":{self.scan}{which},"so":"{self.so.hex()}"'
         if self.vars is None:
@@ -59,7 +59,10 @@ class Cycle(NamedTuple):
     tasks: tuple[Mapping[str, Any], ...] | None = None
 
     def line(self) -> str:
-        """Return the record as JSON; positions, poses and tasks only if they have changed."""
+        """Return the record as JSON.
+
+        It contains positions, poses and tasks only if they have changed.
+        """
         head = (
             f'{{"t_us":{self.t_us},"cycle":{self.cycle}{_which(self.controller)},'
             f'"rcx_si":"{self.rcx_si.hex()}","rcx_so":"{self.rcx_so.hex()}"'
@@ -81,26 +84,26 @@ _DAY_US = 86_400_000_000
 #: Progress is reported after this number of lines.
 _REPORT_EVERY = 20_000
 
-#: Beginning of a broken rule, with its name: `plc, scan 3: interval: `.
+#: Pattern for the beginning of a broken rule and its name, such as `plc, scan 3: interval: `.
 _RULE = re.compile(r"(?:controller \d+: )?(?:plc, scan|robot, cycle) \d+: ([a-z -]+): ")
 
 
 def _which(controller: int) -> str:
-    """Return the JSON entry of the controller's number; empty for the first controller."""
+    """Return the JSON entry with the controller's number. For the first controller it is empty."""
     return f',"controller":{controller}' if controller > 1 else ""
 
 
 class Trace(samples.Trace[Record]):
-    """The records of a run: all are written to a file at once, and the latest stay in memory.
+    """The records of a run. All records are written to a file, and the latest stay in memory.
 
     Args:
-        path: File to write; None for memory only.
-        axes: Titles of the recorded positions, for each controller; `positions` in the header.
-        robots: Shapes of the robots, for each controller (`rcx_harness.robot.shape.shapes`);
-            `robots` in the header.
+        path: File to write. With None the records are only in memory.
+        axes: Titles of the recorded positions of each controller: `positions` in the header.
+        robots: Shapes of the robots of each controller (`rcx_harness.robot.shape.shapes`): `robots`
+            in the header.
         programs: Robot programs, for each controller (`rcx_harness.robot.listing.listings`);
             `programs` in the header if there are any.
-        more: Arguments of the trace of a bench.
+        more: Further arguments, as for the trace of a bench.
     """
 
     def __init__(
@@ -122,11 +125,11 @@ class Trace(samples.Trace[Record]):
         super().__init__(header, path, last=last, **more)
 
     def scans(self) -> list[Scan]:
-        """Return the PLC scans in memory."""
+        """Return the records of PLC scans that are in memory."""
         return self._of(Scan)
 
     def cycles(self) -> list[Cycle]:
-        """Return the controller cycles in memory."""
+        """Return the records of controller cycles that are in memory."""
         return self._of(Cycle)
 
 
@@ -142,7 +145,7 @@ def read_trace(
 ) -> tuple[dict[str, Any], Generator[Record, None, None]]:
     """Read a trace file, record by record.
 
-    `progress` is called at times with the share of the file that has been read.
+    `progress` is called repeatedly with the share of the file that has been read.
 
     Returns:
         The header, and an iterator over the records that reads the file step by step.
@@ -152,7 +155,7 @@ def read_trace(
             iterator can raise this error as well; it raises `CutOffError` if the last line is
             incomplete.
     """
-    file = open_file(path, TRACE)  # the iterator closes it
+    file = open_file(path, TRACE)  # the iterator closes the file
     length = max(1, os.fstat(file.fileno()).st_size)
     try:
         header = _header(_next_line(file, path, 1), path)
@@ -231,7 +234,7 @@ class _Order:
         self._last: dict[tuple[str, int], tuple[int, int]] = {}
 
     def wrong(self, record: Record) -> str:
-        """Return the error in the order of a record; empty if there is none."""
+        """Return a text about a record that is out of order. Empty if the order is correct."""
         if isinstance(record, Violation):
             return ""
         kind, number = "cycle", record[1]
@@ -253,7 +256,7 @@ def _too_long(path: str | Path, number: int) -> InputError:
 
 
 def _next_line(file: BinaryIO, path: str | Path, number: int) -> bytes:
-    """Return the next line with its end; empty at the end of the file."""
+    """Return the next line with its line break. At the end of the file it is empty."""
     try:
         line = file.readline(MOST_LINE_BYTES + 1)
     except OSError as error:
@@ -282,7 +285,7 @@ def _no_constant(word: str) -> None:
 
 
 def _whole(entry: Mapping[str, Any], key: str, low: int) -> int:
-    """Return a whole number of a record."""
+    """Return a value of a record, checked to be a whole number."""
     number = entry[key]
     if type(number) is not int or not low <= number <= _LARGEST:
         raise ValueError(f"{key} is not a whole number from {low}")
@@ -311,7 +314,7 @@ def _record(entry: dict[str, Any]) -> Record:
 
 
 def _task(entry: dict[str, Any]) -> dict[str, Any]:
-    """Return a task of a robot program."""
+    """Return a task of a robot program from a record."""
     for key in ("program", "state"):
         if not isinstance(entry[key], str):
             raise ValueError(f"{key} is not a text")

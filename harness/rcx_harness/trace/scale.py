@@ -1,6 +1,6 @@
 """Timing charts with a time axis that is true to scale, without gaps.
 
-A chart continues in lines below each other, each of the same time.
+A chart continues in lines below each other. Each line shows the same length of time.
 """
 
 from __future__ import annotations
@@ -16,10 +16,10 @@ from rcx_harness.trace.chart_svg import CURVE, STYLE, Look, Scale, document, dra
 
 __all__ = ["scaled_svg", "scaled_text"]
 
-#: Number of lines of a chart if the user has not chosen a scale; greatest number of drawn lines.
+#: Number of lines of a chart if the user has not chosen a scale, and greatest number of lines.
 _LINES, _MOST_LINES = 6, 100
 _MS, _S, _MIN = 1_000, 1_000_000, 60_000_000
-#: Possible times of a line, and of the steps between its time marks [us].
+#: Possible lengths of a line in time, and possible distances between two time marks [us].
 _STEPS = (
     *(k * unit for unit in (_MS, 10 * _MS, 100 * _MS) for k in (1, 2, 5)),
     *(k * _S for k in (1, 2, 5, 10, 20, 30)),
@@ -38,7 +38,7 @@ _APART = 10
 
 @dataclass(frozen=True)
 class _Line:
-    """One line of a chart: its start, its end, and the part of the full width that it fills."""
+    """One line of a chart: start and end in time, and the part of the full width that it fills."""
 
     begin_us: int
     end_us: int
@@ -47,7 +47,7 @@ class _Line:
 
 
 def _lines(timeline: Timeline, line_us: int) -> list[_Line]:
-    """Return the lines of the chart; empty if nothing has changed."""
+    """Return the lines of the chart. If nothing has changed there are none."""
     if not timeline.instants():
         return []
     found = []
@@ -61,7 +61,7 @@ def _lines(timeline: Timeline, line_us: int) -> list[_Line]:
 
 
 def _chosen(timeline: Timeline, line_us: int) -> int:
-    """Return the time of a line: as requested, or long enough for few lines."""
+    """Return the time that one line shows: the requested time, or enough for only a few lines."""
     if line_us:
         return line_us
     few = (step for step in _STEPS if timeline.end_us <= _LINES * step)
@@ -76,9 +76,10 @@ def _left_out(timeline: Timeline, line_us: int) -> str:
 
 
 def scaled_svg(timeline: Timeline, title: str = "", line_us: int = 0) -> str:
-    """Return the chart of a run, true to scale; the same run gives the same bytes.
+    """Return the chart of a run as SVG, true to scale. The same run gives the same bytes.
 
-    A line shows `line_us` microseconds; 0: chosen so that there are only a few lines.
+    A line shows `line_us` microseconds. With 0 the length is chosen so that there are only a few
+    lines.
     """
     line_us = _chosen(timeline, line_us)
     names = max(len(lane.name) for lane in timeline.lanes())
@@ -117,7 +118,7 @@ def _drawn(line: _Line, left: int, top: int) -> Iterator[str]:
 
 
 def _marks(axis: Scale, most: int) -> Iterator[tuple[int, float]]:
-    """Yield the times to mark; a mark at the end of a line belongs to the next line."""
+    """Yield the times of the time marks. A mark at the end of a line belongs to the next line."""
     return ((t_us, x) for t_us, x in axis.round_times(_STEPS, most) if t_us < axis.end_us)
 
 
@@ -126,12 +127,13 @@ def scaled_text(
 ) -> str:
     """Return the chart for a terminal, true to scale.
 
-    A character is an interval of time; an edge shows one change in it, a cross several changes.
-    Curves have eight levels from their least to their greatest value; both are written beside the
-    name.
+    A character stands for an interval of time. An edge shows one change in the interval, a cross
+    several changes. Curves have eight levels from their least to their greatest value. Both values
+    are written beside the name.
 
-    A line has `width` characters, at least 60, and shows `line_us` microseconds; 0: chosen so that
-    there are only a few lines. With `ascii_only` the chart is for terminals without Unicode.
+    A line has `width` characters, at least 60, and shows `line_us` microseconds. With 0 the length
+    is chosen so that there are only a few lines. With `ascii_only` the chart has only ASCII
+    characters.
     """
     line_us = _chosen(timeline, line_us)
     drawn = glyphs(ascii_only)
@@ -149,7 +151,10 @@ def scaled_text(
 
 
 def _title(lane: Lane) -> str:
-    """Return the name of a lane; for a curve with its least and greatest value in the run."""
+    """Return the name of a lane.
+
+    For a curve it includes the least and the greatest value in the run.
+    """
     if not lane.is_curve:
         return lane.name
     low, high = lane.limits()
@@ -157,7 +162,7 @@ def _title(lane: Lane) -> str:
 
 
 def _labels(axis: Scale, room: int) -> str:
-    """Return the line of time labels, each above the column of its time."""
+    """Return the line with the time labels. Each label is above the column of its time."""
     line = ""
     for t_us, x in _marks(axis, max(1, axis.right // _APART)):
         label = time_labels([t_us])[0]
@@ -193,7 +198,7 @@ def _level(lane: Lane, value: object, drawn: Glyphs) -> str:
 
 
 def _texts(lane: Lane, values: list[Any], counts: list[int], drawn: Glyphs) -> Iterator[str]:
-    """Yield a piece for each change, with its text if it fits."""
+    """Yield a piece of the lane for each change, with the text of the value if it fits."""
     begins = [0, *(k for k, count in enumerate(counts) if count and k)]
     for begin, end in pairwise([*begins, len(values)]):
         value, width = values[begin], end - begin

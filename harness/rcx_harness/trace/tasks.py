@@ -12,10 +12,10 @@ _IN_LINE = ("running", "stopped", "suspended")
 
 
 def task_text(task: Mapping[str, Any], statement: str = "") -> str:
-    """Return a task of a record with its line and state, and with the statement if it is given.
+    """Return a text about a task of a record: program, line, state, and the statement if given.
 
-    Examples: `PLACE:4`, `PLACE:4 stopped`, `PLACE:4 WAIT SI(20)=1`, `PLACE ready`. A task that is
-    ready or has ended is not in any line.
+    Examples: `PLACE:4`, `PLACE:4 stopped`, `PLACE:4 WAIT SI(20)=1`, `PLACE ready`. For a task that
+    is ready or has ended there is no line.
     """
     program, state = task["program"], task["state"]
     if state not in _IN_LINE:
@@ -25,7 +25,7 @@ def task_text(task: Mapping[str, Any], statement: str = "") -> str:
 
 
 def statement_of(programs: Iterable[Mapping[str, Any]], task: Mapping[str, Any]) -> str:
-    """Return the line of a task without its comment; empty if the line is not known.
+    """Return the statement in the line of a task, without a comment. Empty if the line is unknown.
 
     Args:
         programs: The programs of the controller (`rcx_harness.robot.listing.listings`).
@@ -40,7 +40,7 @@ def statement_of(programs: Iterable[Mapping[str, Any]], task: Mapping[str, Any])
 
 
 def _without_comment(text: str) -> str:
-    """Return a statement with single spaces and without the comment that follows."""
+    """Return a statement without its comment; several spaces become one."""
     quoted = False
     for k, letter in enumerate(text):
         if letter == '"':

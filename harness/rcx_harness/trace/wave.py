@@ -1,4 +1,4 @@
-"""Runs as VCD files for wave viewers: all dedicated bits and words, on both sides.
+"""VCD files of runs for wave viewers: all dedicated bits and words, as PLC and controller see them.
 
 The file also has the watched variables by their paths, the positions (if they are recorded), and
 the task and current line of each robot program.
@@ -26,7 +26,7 @@ from structured_text.output.files import OutputFile
 __all__ = ["Wave"]
 
 _WORDS = 16
-#: Bits of the elementary types of whole numbers; negative numbers are in two's complement.
+#: Number of bits of each whole number type. Negative numbers are in two's complement.
 _BITS = {
     "BOOL": 1,
     **dict.fromkeys(("BYTE", "SINT", "USINT"), 8),
@@ -39,7 +39,7 @@ _MILLISECOND = timedelta(milliseconds=1)
 
 
 class _Area:
-    """The variables of one area in one scope."""
+    """The VCD variables of one area, in one scope."""
 
     def __init__(
         self, writer: VCDWriter, scope: str, prefix: str, bits: tuple[Signal, ...]
@@ -56,7 +56,7 @@ class _Area:
         ]
 
     def take(self, t_us: int, area: bytes) -> None:
-        """Record the changes of an area; without a connection nothing changes."""
+        """Record the changes of an area. Without a connection nothing is recorded."""
         if not area or area == self._before:
             return
         before = self._before or bytes(len(area))
@@ -92,14 +92,14 @@ class _Values:
         return self._writer.register_var(("variables", *scope), last, form, size), shown
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
-        """Record the changes of a scan."""
+        """Record the changes of the watched variables in a scan."""
         for part, value in self._changed.take(values):
             variable, shown = self._known[part.path]
             self._writer.change(variable, t_us, shown(value))
 
 
 class _Programs:
-    """The robot programs of one controller, each a scope with line, task and state.
+    """The robot programs of one controller. Each program is a scope with line, task and state.
 
     While a program is not registered in a task, line and task are 0 and the state is empty.
     """
@@ -126,7 +126,7 @@ class _Programs:
 
 
 def _form(kind: Type) -> tuple[str, int | None, Callable[[Any], Any]]:
-    """Return the form of a variable in the file, its bits, and its conversion."""
+    """Return the VCD type of a variable, its number of bits, and its conversion."""
     name = kind.name if isinstance(kind, ElementaryType) else ""
     if name in _BITS:
         return "wire" if name in _UNSIGNED else "integer", _BITS[name], int
@@ -144,24 +144,24 @@ def _readable(kind: Type, value: Any) -> str:
 
 
 def _which(controllers: int) -> list[str]:
-    """Return the ends of the scope names of each controller."""
+    """Return the endings of the scope names for each controller."""
     return ["", *(f"_{k}" for k in range(2, controllers + 1))][:controllers]
 
 
 class Wave:
-    """A writer of a VCD file during the run; give `take` to `Trace.listen`.
+    """The writer of a VCD file during a run. Pass `take` to `Trace.listen`.
 
     Args:
         controllers: Number of controllers, possibly 0. Scope names contain the number of the
             controller, except for the first.
-        trace: A trace with watched variables and positions, which are written as well.
+        trace: A trace. Its watched variables and positions are written as well.
     """
 
     def __init__(
         self, path: str | Path, controllers: int = 1, trace: samples.Trace[Any] | None = None
     ) -> None:
         self._file = OutputFile(path, "ascii")
-        # No date and no version: the same run gives the same bytes.
+        # The file contains no date and no version, so that the same run gives the same bytes.
         self._writer = VCDWriter(
             cast(TextIO, self._file), timescale="1 us", date="", version="rcx", comment=""
         )
@@ -194,7 +194,7 @@ class Wave:
         return self._writer.register_var(scope, name, "real", size=64)
 
     def take(self, record: Record) -> None:
-        """Take the next record of the run."""
+        """Write the changes of the next record of the run."""
         self._end_us = record.t_us
         if isinstance(record, Scan):
             if self._plc:

@@ -17,7 +17,7 @@ _PACKAGE = Path(__file__).parents[1]
 
 @cache
 def fingerprint() -> toolkit.Fingerprint:
-    """Return the name and value of each component, as text for messages."""
+    """Return the fingerprint: name and value of each component as text."""
     own = toolkit.fingerprint((_PACKAGE, *toolkit.PACKAGES))
     folders = {"its tables": spec_folder(), "its library": default_lib()}
     tables = [(name, toolkit.digest_of([folder])) for name, folder in folders.items()]

@@ -1,4 +1,4 @@
-"""Properties that a user demands: conditions that always hold, or hold within a time.
+"""Properties that a user demands: conditions that hold always or within a time.
 
 A TOML file states them in Structured Text. A Python file states them as functions of the cell:
 
@@ -63,11 +63,11 @@ class Declared:
     Attributes:
         name: The name in messages.
         that: The demanded condition, or a function of the cell that returns it.
-        within_us: `that` must hold within this time [us]. None: `that` always holds.
+        within_us: `that` must hold within this time [us]. None: `that` must hold after every scan.
         after: The time starts when this condition becomes true. None: the time runs whenever `that`
             is false.
         file: The file that declares the property.
-        home: The user's path of the file if `file` is a copy; None: `file` is not a copy.
+        home: If `file` is a copy, the path of the original file, else None.
     """
 
     name: str
@@ -84,12 +84,12 @@ class Declared:
 
     @property
     def kind(self) -> str:
-        """Return the kind of failure that this property reports."""
+        """Return the kind of the failures that this property reports."""
         return f"{'always' if self.within_us is None else 'eventually'} {self.name}"
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """Return the conditions in Structured Text, which `follow` gets compiled."""
+        """Return the conditions in Structured Text. `follow` gets the compiled conditions."""
         return tuple(text for text in (self.that, self.after) if isinstance(text, str))
 
     def follow(
@@ -101,7 +101,8 @@ class Declared:
             made: The compiled conditions, in the order of `texts`.
             program: The running program.
             cell: The cell that properties in Python read, if there is a cell.
-            areas: Function that returns the areas of the last scan; None: the program has no areas.
+            areas: Function that returns the areas of the last scan. None if the program has no
+                areas.
         """
         del program, areas
         that = _Asked(cell, self, next(made) if isinstance(self.that, str) else self.that)
@@ -194,7 +195,7 @@ def _blamed(
     user's path of the file if `file` is a copy.
     """
     if isinstance(error, KeyboardInterrupt) and not _is_raised(error):
-        return error  # the user has pressed Ctrl-C
+        return error  # Ctrl-C of the user is not an error of the property
     name = f"{property_}: " if property_ else ""
     line = _line(error, file)
     if isinstance(error, InputError):
@@ -206,7 +207,7 @@ def _blamed(
 
 
 def _is_raised(error: BaseException) -> bool:
-    """Return whether a `raise` statement raised this; Ctrl-C occurs at other instructions."""
+    """Return whether a `raise` statement raised the exception; Ctrl-C is raised elsewhere."""
     last = error.__traceback__
     while last is not None and last.tb_next is not None:
         last = last.tb_next
@@ -216,10 +217,10 @@ def _is_raised(error: BaseException) -> bool:
 
 
 def _words(error: BaseException) -> str:
-    """Return the kind and the text of an error of the user's code in one printable line."""
+    """Return type and text of an exception from the user's code in one printable line."""
     try:
         text = " ".join(str(error).split())
-    except Exception:  # the exception's own __str__ failed
+    except Exception:  # the method __str__ of the user's exception failed
         text = "no text"
     shown = "".join(c if c.isprintable() else f"\\x{ord(c):02x}" for c in text)
     kind = type(error).__name__
@@ -227,7 +228,7 @@ def _words(error: BaseException) -> str:
 
 
 def _line(error: BaseException, file: str | None) -> int | None:
-    """Return the innermost line of the user's file that led to an error."""
+    """Return the innermost line of the user's file in the traceback of an exception."""
     places = [(one.filename, one.lineno) for one in traceback.extract_tb(error.__traceback__)]
     if isinstance(error, SyntaxError):
         places.append((error.filename or "", error.lineno))
@@ -244,7 +245,7 @@ class _Asked:
         self.condition = that if isinstance(that, Condition) else None
 
     def now(self) -> bool:
-        """Return whether the condition holds now."""
+        """Return whether the condition holds after the last scan."""
         if isinstance(self._that, Condition):
             return self._that.holds()
         assert self._cell is not None
@@ -269,7 +270,7 @@ class Follower(Protocol):
 
     @property
     def declared(self) -> Declared:
-        """Return the property as it was declared."""
+        """Return the declaration of this property."""
 
     @property
     def paths(self) -> tuple[str, ...]:
@@ -283,22 +284,22 @@ class Follower(Protocol):
         """Evaluate a scan, and return whether the property is newly broken in it."""
 
     def forget(self) -> None:
-        """Reset the memory, because the program starts again."""
+        """Reset the memory of the property, because the program restarts."""
 
     def told(self, program: Program) -> str:
-        """Return the message for the broken property."""
+        """Return the message about this broken property."""
 
     def snapshot(self) -> object:
-        """Return the memory of the property."""
+        """Return a snapshot of the memory of the property."""
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of the property."""
 
     def memory(self, now_us: int) -> Hashable:
-        """Return the memory without absolute times; equal memory has equal effects."""
+        """Return the memory without absolute times. Equal memory means equal behaviour."""
 
     def remember(self, memory: Any, now_us: int) -> None:
-        """Restore a state that `memory` returned, as of `now_us`."""
+        """Restore the memory that `memory` returned; the time is now `now_us`."""
 
 
 class Followed:
@@ -317,8 +318,9 @@ class Followed:
             broken, was, self._broken = not holds, self._broken, not holds
             self._mark()
             return broken and not was
-        # The deadline starts with the rising edge of `after`; without `after`, when the property is
-        # false. A running deadline is not restarted. If the property holds, the deadline ends. A
+        # The deadline starts with the rising edge of `after`. Without `after` it starts when the
+        # property is false. A running deadline is not restarted. If the property holds, the
+        # deadline ends. A
         # missed deadline is reported once.
         if self._after is None:
             starts = not holds
@@ -336,7 +338,7 @@ class Followed:
         return True
 
     def forget(self) -> None:
-        """Reset the memory, because the program starts again."""
+        """Reset the memory of the property, because the program restarts."""
         self._broken, self._due_us, self._was = False, None, True
         self._mark()
 
@@ -359,23 +361,23 @@ class Followed:
         return f"{what} {said}{limit}; {shown}"
 
     def snapshot(self) -> object:
-        """Return the memory of the property."""
+        """Return a snapshot of the memory of the property."""
         return self._broken, self._due_us, self._was, self._then()
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of the property."""
         self._broken, self._due_us, self._was, before = snapshot
         for one, then in zip(self._both(), before, strict=True):
             if one is not None and one.condition is not None:
                 one.condition.before = then
 
     def memory(self, now_us: int) -> Hashable:
-        """Return the memory without absolute times; equal memory has equal effects."""
+        """Return the memory without absolute times. Equal memory means equal behaviour."""
         left_us = None if self._due_us is None else self._due_us - now_us
         return left_us, self._was, tuple(self._then())
 
     def remember(self, memory: Any, now_us: int) -> None:
-        """Restore a state that `memory` returned, as of `now_us`."""
+        """Restore the memory that `memory` returned; the time is now `now_us`."""
         left_us, was, before = memory
         self.restore((False, None if left_us is None else now_us + left_us, was, before))
 
@@ -430,16 +432,16 @@ class Judge:
                     robot.machine.ports.accesses.clear()
 
     def _told(self, one: Follower) -> str:
-        """Return the message; for a time-out it also names the signals that the cell waits for."""
+        """Return the message. For a time-out it also names the signals for which the cell waits."""
         text = one.told(self._cell.program)
         late = type(one) is Followed and one.declared.within_us is not None
         standing = waits(self._cell) if late and isinstance(self._cell, Cell) else ""
         return f"{text}; {standing}" if standing else text
 
     def expected(self, kind: str) -> str:
-        """Return the broken condition of the property with this kind of failure, for a stimulus.
+        """Return the condition of the property that was broken with this kind, for a stimulus.
 
-        It is empty if the property is a Python function or compares with an earlier scan.
+        The text is empty if the property is a Python function or compares with an earlier scan.
         """
         for one in self._properties:
             that = one.declared.that
@@ -456,11 +458,11 @@ class Judge:
             one.forget()
 
     def snapshot(self) -> object:
-        """Return the memory of each property."""
+        """Return a snapshot of the memory of all properties."""
         return [one.snapshot() for one in self._properties]
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of all properties."""
         for one, state in zip(self._properties, snapshot, strict=True):
             one.restore(state)
 
@@ -470,7 +472,7 @@ class Judge:
 
 
 def judge_run(cell: Bench, declared: Sequence[Declared]) -> None:
-    """Report broken properties as violations of a cell, in the same way as broken rules."""
+    """Report broken properties as violations of a cell, like broken rules."""
 
     def found(kind: str, text: str) -> None:
         told = f"plc, scan {cell.scans}: property: {kind}: {text}"

@@ -32,7 +32,7 @@ class RecoveryStep:
         values: Variables that the operator sets.
         press: Buttons that the operator presses together.
         for_us: How long the buttons are pressed [us].
-        until: A condition for which the operator then waits; empty: no condition.
+        until: A condition for which the operator waits after the actions. Empty: no condition.
         within_us: The condition must hold within this time [us].
         wait_us: A final waiting time [us].
     """
@@ -51,7 +51,7 @@ class Recovery:
 
     Attributes:
         steps: The steps of the operator.
-        when: The condition that must hold afterwards. `BEFORE(x)` is the value of x at the
+        when: The condition that must hold after the steps. `BEFORE(x)` is the value of x at the
             beginning of the recovery. Empty: no condition.
         within_us: The condition must hold within this time [us].
         file: The file that contains the table.
@@ -64,7 +64,7 @@ class Recovery:
 
 
 class NotRecoveredError(Exception):
-    """The cell does not work again; `expect` is the condition that did not hold."""
+    """The error if the cell does not recover; `expect` is the condition that did not hold."""
 
     def __init__(self, text: str, expect: str) -> None:
         super().__init__(text)
@@ -72,7 +72,7 @@ class NotRecoveredError(Exception):
 
 
 class _Doing(Protocol):
-    """The run that an `Operator` uses: it schedules the operator's actions and lets time pass."""
+    """The run on which an `Operator` acts: it schedules actions and lets time pass."""
 
     cell: Cell
 
@@ -106,8 +106,8 @@ class Operator:
     def wait_for_controllers(self, run: _Doing) -> None:
         """Wait until all controllers are connected again, at most 20 s.
 
-        The wait begins with twice the connection time-out, because a connection whose packets were
-        lost just now is still reported as connected.
+        The wait begins with twice the connection time-out. Until the time-out a connection without
+        packets is still reported as connected.
         """
         run.let_pass(2 * run.cell.timing.timeout_us)
         end_us = run.cell.now_us + _BACK_US
@@ -115,7 +115,7 @@ class Operator:
             run.let_pass(50_000)
 
     def act(self, run: _Doing) -> None:
-        """Execute all steps."""
+        """Execute all steps of the recovery in order."""
         until = iter(self._until)
         for step in self._recovery.steps:
             program = run.cell.program
@@ -147,8 +147,7 @@ class Operator:
         program = run.cell.program
         try:
             run.cell.run_until(condition.holds, within=within_us)
-            # The next action of the operator must come after the scan that has just
-            # run.
+            # The next action of the operator must be later than the last scan.
             run.let_pass(1_000 - run.cell.now_us % 1_000)
         except CellTimeout:
             before = [

@@ -1,4 +1,4 @@
-"""The finding of a search, written as a stimulus file and run in a cell, with a chart."""
+"""Replays: the failure that a search found, written as a stimulus file and run in a cell."""
 
 from __future__ import annotations
 
@@ -36,8 +36,8 @@ def replayed(
 ) -> Iterator[_Made]:
     """Write a stimulus file, yield the cell for which it is scheduled, then write its chart.
 
-    `made` builds the cell, or the bench of a program without a robot. `about` is the comment at the
-    beginning of the file. `properties` are checked in addition to the rules.
+    `made` is a function that builds the cell, or the bench of a program without a robot. `about` is
+    the comment at the beginning of the file. `properties` are checked in addition to the rules.
     """
     for file in (stimulus, chart):
         if file is not None:

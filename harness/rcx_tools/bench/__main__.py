@@ -1,7 +1,7 @@
 """Command `make bench` (`python -m rcx_tools.bench`): measure, print, and write out/bench.json.
 
 The exit code is 0 if all targets are met, 1 if a target is missed, and 2 if a measurement is not
-possible. Targets that cannot be met according to docs/explanation/timing.md are listed separately.
+possible. Targets that cannot be met (see docs/explanation/timing.md) are listed separately.
 """
 
 from __future__ import annotations
@@ -25,8 +25,8 @@ OUTPUT = Path("out/bench.json")
 #: Width of the table if the output is not a terminal, for example a file.
 _FILE_WIDTH = 140
 
-#: The benchmarks. Each is a module of this package with a function `measure(options)`; the value is
-#: its line in the help.
+#: The benchmarks. Each is a module of this package with a function `measure(options)`. The value is
+#: its text in the help.
 POINTS: dict[str, str] = {
     "handshake": "scans of commands and sequences, and their minimum (docs/explanation/timing.md)",
     "sizes": "bytes per instance on matiec and STruC++",
@@ -40,7 +40,7 @@ POINTS: dict[str, str] = {
 
 
 def main(arguments: Sequence[str]) -> int:
-    """Measure the requested points and return the exit code (see the head of this module)."""
+    """Run the requested benchmarks and return the exit code (see the head of this module)."""
     parser = argparse.ArgumentParser(prog="make bench", description=__doc__)
     parser.add_argument("--only", default="", help=f"some of {', '.join(POINTS)}")
     parser.add_argument("--rpi", default="10ms,5ms,2ms,1ms", help="intervals of cyclic I/O")
@@ -62,7 +62,7 @@ def main(arguments: Sequence[str]) -> int:
 
 
 def _measured(points: Sequence[str], options: Options) -> dict[str, Figure]:
-    """Measure the points, print each as soon as it is done, and save them."""
+    """Run the benchmarks, print each result as soon as it is known, and save the results."""
     console = Console()
     if not console.is_terminal:
         console = Console(width=_FILE_WIDTH)
@@ -83,10 +83,10 @@ def _measured(points: Sequence[str], options: Options) -> dict[str, Figure]:
 
 
 def _points(only: str) -> list[str]:
-    """Return the named points, or all.
+    """Return the benchmarks that the user names, or all benchmarks.
 
     Raises:
-        InputError: a point does not exist.
+        InputError: a benchmark does not exist.
     """
     wanted = [text.strip() for text in only.split(",") if text.strip()]
     if not wanted:

@@ -27,7 +27,7 @@ __all__ = ["Compared", "candidates", "compared"]
 
 #: Number of functions and blocks in one test program.
 _TOGETHER = 24
-#: Constructs beyond the portable subset that are tried anyway, because matiec may accept them.
+#: Constructs outside of the portable subset that are tried, because matiec may accept them.
 _TRIED = (
     "a written VAR_INPUT",
     "an empty branch",
@@ -73,14 +73,14 @@ class _Candidate:
 
 
 def candidates(files: Sequence[Path]) -> list[_Candidate]:
-    """Return the functions and blocks that matiec may accept, with the declarations they use.
+    """Return the functions and blocks that matiec may accept, with the declarations that they use.
 
     Args:
         files: Sources without errors.
     """
     files = [in_dialect(file, MATIEC) for file in files]  # the library may target another tool
     project, errors = analyse(files)
-    while project is None:  # a remaining file may still use declarations of a refused file
+    while project is None:  # a file may still use declarations of a file that was refused
         refused = {error.file for error in errors}
         left = [file for file in files if str(file) not in refused]
         if len(left) == len(files) or not left:
@@ -118,7 +118,7 @@ def _name(kind: Type) -> str:
 def compared(
     libraries: Sequence[Sequence[Path]], matiec: Matiec, compiler: str, calls: int, seed: int = 1
 ) -> Compared:
-    """Call POUs that both engines accept with random values, and compare the results.
+    """Call POUs that both engines accept with random values. Compare the results.
 
     Args:
         libraries: Sources of each library, without errors.
@@ -154,7 +154,7 @@ def compared(
 def _built(
     part: Sequence[_Candidate], file: Path, matiec: Matiec, compiler: str
 ) -> tuple[Project, MatiecProgram] | None:
-    """Return a program that calls each POU of the part, or None if matiec refuses any of them."""
+    """Return a program that calls each POU of the part. If matiec refuses a POU, return None."""
     file.write_text(_program(part), encoding="utf-8")
     files = dict.fromkeys(path for one in part for path in one.files)
     try:

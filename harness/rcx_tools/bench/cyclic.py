@@ -1,12 +1,12 @@
-"""Measure cyclic I/O in real time: packets, gaps and CPU time, alone and under explicit messages.
+"""Measure cyclic I/O in real time: packets, gaps and CPU time, with and without other traffic.
 
 Each controller is an adapter and a scanner, each with its own loopback address and process.
 
 Machines are shared and noisy. The gaps are therefore compared with the gaps of a bare timer that
 runs at the same time. The CPU time is compared with the CPU time of a bare loop: two processes with
 the same priority that only wait, receive and send. All processes of a run start before the first
-packet: with real-time priority, the packets of many controllers leave a new process no time to
-start.
+packet. Otherwise the packets of many controllers, sent with real-time priority, would leave a new
+process no time to start.
 """
 
 from __future__ import annotations
@@ -68,9 +68,9 @@ _MODULE = "rcx_harness.enip.cyclic.process"
 _FRESH_S = 0.005
 #: The longest time-out multiplier. A stall of a busy machine is then counted, but it does not end
 #: the connection.
-# : connection.
 _PATIENT = 5
-#: The shortest interval that is promised for one controller, and the shortest possible interval.
+#: The shortest packet interval that is promised for one controller, and the shortest possible
+#: packet interval.
 _PROMISED_US, _SHORTEST_US = 2_000, 1_000
 #: Target: half of the CPU time per packet that was measured before both ends were rewritten [us].
 _CPU_US = 65
@@ -108,7 +108,7 @@ class Case(NamedTuple):
 
     @property
     def is_compared(self) -> bool:
-        """Return whether bare loops run just before and after it, to compare the CPU time."""
+        """Return whether bare loops run just before and after this run, to compare the CPU time."""
         return (self.rpi_us, self.controllers, self.flooded) == (_PROMISED_US, 1, False)
 
 
@@ -122,9 +122,9 @@ class Run:
         packets: Number of packets that all controllers and scanners received.
         nominal: Number of packets that were expected.
         missing: Number of missing sequence numbers in both directions.
-        gap_median_us: Median gap between packets to the scanner. With several controllers, the
-            median of their medians.
-        gap_p99_us: 99th percentile of the gaps, of the worst controller.
+        gap_median_us: Median gap between packets to the scanner. For several controllers it is the
+            median of all medians.
+        gap_p99_us: 99th percentile of the gaps for the worst controller.
         timer_p99_us: 99th percentile of the gaps of a bare timer.
         timer_missing: Intervals in which the bare timer did not wake.
         cpu_us: CPU time of all processes of cyclic I/O, divided by the packets sent and received.
@@ -143,7 +143,10 @@ class Run:
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Measure all intervals alone and under flood, then many controllers; print a line per run."""
+    """Measure all intervals alone and under flood, then many controllers.
+
+    Print a line for each run.
+    """
     seconds = 1.0 if options.quick else options.seconds
     console = Console(highlight=False)
     planned = cases(options)
@@ -168,8 +171,8 @@ def measure(options: Options) -> dict[str, Figure]:
 def cases(options: Options) -> list[Case]:
     """Return the planned runs.
 
-    Each interval runs alone and then under flood. The shortest intervals also run without real-time
-    priority. Unless `quick` is set, many controllers follow.
+    Each packet interval runs alone and then under a flood of messages. The shortest intervals also
+    run without real-time priority. Unless `quick` is set, many controllers follow.
     """
     alone = [Case(rpi_us, 1, flooded=False) for rpi_us in options.rpi_us]
     ordinary = [case._replace(ordinary=True) for case in alone if case.rpi_us <= _PROMISED_US]
@@ -187,7 +190,7 @@ def run(case: Case, seconds: float) -> Run:
 
     Args:
         case: The planned run.
-        seconds: Its duration.
+        seconds: The duration of the run.
 
     Raises:
         RcxError: an adapter did not start, or a connection was refused.
@@ -224,7 +227,7 @@ def run(case: Case, seconds: float) -> Run:
         seen = [scanner.statistics() for _, scanner in pairs]
         gaps = json.loads(bare.communicate()[0] or "[]")
     ends = list(zip(before, after, strict=True))
-    # The rate of each end is measured over its own time, and scaled to the time of the run.
+    # The rate of each end is measured over the time of this end, and scaled to the time of the run.
     rate = sum((b.received - a.received) / (b.time_s - a.time_s) for a, b in ends)
     packets = round(rate * passed)
     return Run(
@@ -314,7 +317,7 @@ def _pair(held: ExitStack, number: int, rpi_us: int) -> tuple[Adapter, Scanner]:
 
 
 class _Count(NamedTuple):
-    """Number of packets that one end has received and missed, and the time of the reading [s]."""
+    """Number of packets that one end has received and missed, and the time of this reading [s]."""
 
     received: int
     missing: int
@@ -322,7 +325,7 @@ class _Count(NamedTuple):
 
 
 def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
-    """Read the counts of both ends of all connections; with many connections this takes time."""
+    """Read the packet counts of both ends of all connections. This takes time if there are many."""
     counts = []
     for adapter, scanner in pairs:
         device = adapter.shared.status()
@@ -333,7 +336,7 @@ def _counts(pairs: Sequence[tuple[Adapter, Scanner]]) -> list[_Count]:
 
 
 def timer(interval_us: int, seconds: float) -> list[int]:
-    """Return the gaps between the wake-ups of a timer in a process that does nothing else [us]."""
+    """Return the gaps between the wake-ups of a timer [us]. The process does nothing else."""
     interval, end = interval_us / 1e6, time.monotonic() + seconds
     gaps: list[int] = []
     due = before = time.monotonic()
@@ -347,7 +350,7 @@ def timer(interval_us: int, seconds: float) -> list[int]:
 
 
 def loop(own: str, other: str, rpi_us: int, seconds: float) -> tuple[int, float]:
-    """Exchange packets for a time; return the packets received and the CPU time used [us]."""
+    """Exchange packets for a time. Return the number of received packets, and the CPU time [us]."""
     packet, interval = bytes(_PACKET), rpi_us / 1e6
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as line:
         line.bind((own, 2222))

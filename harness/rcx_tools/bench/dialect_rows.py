@@ -1,8 +1,8 @@
 """Comparison of the built-in engine with matiec for each row of the table of dialects.
 
-A row can be compared if matiec computes the same value as the row, and if a program shows the rule
-without a known fault of matiec. The calls are distributed over the tools of the row. All other rows
-can only run on the built-in engine.
+A row can be compared if matiec has the same behaviour, and if a program shows the behaviour without
+a known fault of matiec. The calls are distributed over the tools of the row. All other rows can run
+only on the built-in engine.
 """
 
 from __future__ import annotations
@@ -29,16 +29,17 @@ _INT_EDGES = (-32768, -1, 0, 1, 2, 3, 32767)
 
 @dataclass(frozen=True)
 class Probe:
-    """A program that shows a rule.
+    """A program that shows a rule of a dialect.
 
     Attributes:
         rule: Name of the rule.
         values: Values of the rule for which matiec computes the same result.
-        inputs: Names of the program's inputs, as `_drawn` knows them.
+        inputs: Names of the program's inputs. `_drawn` has a range of values for each.
         variables: Declarations of the program's other variables.
         body: Statements of the program.
         shown: The variables that are compared.
-        without: Description of what the program omits because matiec computes a different result.
+        without: Description of the cases that the program omits, because matiec gives another
+            result.
     """
 
     rule: str
@@ -56,9 +57,9 @@ class RowCalls:
 
     Attributes:
         row: The row.
-        calls: Number of compared calls; 0 if the row is not compared.
+        calls: Number of compared calls. 0 if the row is not compared.
         difference: The first difference, or an empty text.
-        without: Description of what is omitted from the comparison.
+        without: Description of the cases that are omitted from the comparison.
     """
 
     row: Row
@@ -68,7 +69,7 @@ class RowCalls:
 
     @property
     def text(self) -> str:
-        """Return the result in one line."""
+        """Return the result of the comparison in one line of text."""
         name = f"{self.row.title} ({', '.join(self.row.tools)}): {self.row.meaning}"
         if not self.calls:
             return f"{name}: only the built-in engine computes it"
@@ -250,7 +251,7 @@ def compared_rows(matiec: Matiec, compiler: str, calls: int, seed: int = 43) -> 
 def _calls(
     probe: Probe, ours: BuiltinProgram, theirs: MatiecProgram, calls: int, draw: random.Random
 ) -> tuple[int, str]:
-    """Return the number of compared calls and the first difference."""
+    """Compare calls of one row. Return their number and the first difference."""
     shown = [f"Main.{name}" for name in probe.shown]
     readers = [engine.reader(shown) for engine in (ours, theirs)]
     for scan in range(calls):
@@ -266,7 +267,7 @@ def _calls(
 
 
 def _drawn(name: str, draw: random.Random) -> Any:
-    """Return a random value of an input: counters often get edges and limits, but seldom a load."""
+    """Return a random value of an input. Counters often get edges and limits, but seldom a load."""
     if name == "A":
         edge = draw.choice(_INT_EDGES)
         return draw.choice((edge, draw.randrange(-32768, 32768), draw.randint(1, 9)))

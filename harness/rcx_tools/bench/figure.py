@@ -14,7 +14,7 @@ __all__ = ["OUT_OF_REACH", "Figure", "Options", "as_table", "at_least", "at_most
 __all__ += ["shown", "store"]
 
 NO_TARGET = "none"
-#: Suffix of `peer` if the target cannot be met; docs/explanation/timing.md gives the reason.
+#: Suffix of `peer` for a target that cannot be met (reason: docs/explanation/timing.md).
 OUT_OF_REACH = "; out of reach: docs/explanation/timing.md"
 
 
@@ -23,11 +23,11 @@ class Figure:
     """One row of out/bench.json.
 
     Attributes:
-        value: The measured value; None if a required tool is missing (`peer` names it).
-        unit: Unit of the value, or the counted things.
+        value: The measured value. None if a required tool is missing. `peer` then names the tool.
+        unit: Unit of the value. For a count, the counted items.
         target: Target as text; `none` for a figure without a target.
-        peer: What the figure is compared with in the same run, or the method of measurement.
-        met: Whether the value meets the target; True for a figure without a target.
+        peer: A measurement in the same run for comparison, or the method of measurement.
+        met: Whether the value meets the target. For a figure without a target this is True.
     """
 
     value: float | None
@@ -44,12 +44,12 @@ class Figure:
 
 @dataclass(frozen=True)
 class Options:
-    """Extent of the measurements.
+    """The extent of the measurements.
 
     Attributes:
         seconds: Length of each run in real time.
         rpi_us: Packet intervals of cyclic I/O [us].
-        quick: Take only a few samples instead of the whole grid, to check that the benchmark works.
+        quick: Whether to take only a few samples, to check that the benchmark works.
     """
 
     seconds: float = 10.0
@@ -58,12 +58,12 @@ class Options:
 
 
 def at_least(value: float, unit: str, least: float, peer: str = NO_TARGET) -> Figure:
-    """Return a figure that must not be below `least`."""
+    """Return a figure with a target: the value must be at least `least`."""
     return Figure(_rounded(value), unit, f">= {least:g}", peer, value >= least)
 
 
 def at_most(value: float, unit: str, most: float, peer: str = NO_TARGET) -> Figure:
-    """Return a figure that must not be above `most`."""
+    """Return a figure with a target: the value must be at most `most`."""
     target = f"<= {most:g}" if most else "0"
     return Figure(_rounded(value), unit, target, peer, value <= most)
 
@@ -96,7 +96,7 @@ def as_table(figures: Mapping[str, Figure]) -> Table:
 
 
 def store(figures: Mapping[str, Figure], file: Path) -> None:
-    """Write figures to a JSON file; the file keeps its other figures."""
+    """Write figures to a JSON file. Other figures in the file stay unchanged."""
     known: dict[str, object] = {}
     if file.is_file():
         try:
@@ -111,11 +111,14 @@ def store(figures: Mapping[str, Figure], file: Path) -> None:
 
 
 def percentile(values: Sequence[int], share: float) -> int:
-    """Return the value that the given share of all values does not exceed; 0 without values."""
+    """Return a percentile: the value that the given share of all values does not exceed.
+
+    Without values the result is 0.
+    """
     ordered = sorted(values)
     return ordered[min(len(ordered) - 1, int(len(ordered) * share))] if ordered else 0
 
 
 def _rounded(value: float) -> float:
-    """Return the value with four digits; whole numbers stay whole."""
+    """Return the value, rounded to four digits. Whole numbers are not rounded."""
     return value if isinstance(value, int) or value == int(value) else float(f"{value:.4g}")

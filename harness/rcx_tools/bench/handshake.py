@@ -35,9 +35,9 @@ __all__ = ["Case", "Simulated", "grid", "measure", "simulate_command", "simulate
 
 #: Interval between two changes of dedicated inputs, without the margin [us].
 _INTERVAL_US = 100_000
-#: Response times of the controller [ms]: to a code, at the end of a command, and to a reset.
+#: Response times of the controller [ms]: to a code, until the end of a command, and to a reset.
 _RESPONSES_MS = (0, 7, 20)
-#: Margins in addition to the need of the network [ms].
+#: Margins that are added to the delay of the network [ms].
 _MARGINS_MS = (0, 45)
 _MOST_SCANS = 10_000
 
@@ -57,13 +57,15 @@ _HEAD = """
             EmergencyStopOk := TRUE, StopOk := TRUE);
 END_PROGRAM
 """
-#: Two commands that read positions. The end of the first command starts the second.
+#: A program with two commands that read positions. The end of the first command starts the second
+#: command.
 _COMMANDS = "PROGRAM Commands" + _HEAD.format(
     blocks="First, Second : FB_RemoteCommand;",
     calls="""First(Robot := Robot, Execute := Go, Code := WORD#16#0505);
   Second(Robot := Robot, Execute := First.Done, Code := WORD#16#0505);""",
 )
-#: Four blocks that each set a dedicated input. The end of each block starts the next.
+#: A program with four blocks that each set a dedicated input. The end of a block starts the next
+#: block.
 _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
     blocks="Reset : FB_AlarmReset; Servo : FB_ServoOn; Rewind : FB_ProgramReset;\n"
     "    Auto : FB_AutoStart;",
@@ -72,14 +74,14 @@ _SEQUENCES = "PROGRAM Sequences" + _HEAD.format(
   Rewind(Robot := Robot, Execute := Servo.Done);
   Auto(Robot := Robot, Execute := Rewind.Done);""",
 )
-#: The blocks, and the bit of their dedicated input in bytes n + 32 and n + 33.
+#: Maps each block to the bit of its dedicated input in bytes n + 32 and n + 33.
 _STEPS = (("Reset", 14), ("Servo", 1), ("Rewind", 13), ("Auto", 10))
 #: Response time of the controller [ms] for alarm reset, servo ON, program reset and start.
 _ANSWERS_MS = (20.0, 50.0, 20.0, 20.0)
 
 
 class Case(NamedTuple):
-    """One combination: periods, the controller's response, and the clocks' phases [us]."""
+    """One combination of the grid: periods, response times, and phases of the clocks."""
 
     scan_us: int
     rpi_us: int
@@ -93,7 +95,7 @@ class Case(NamedTuple):
 
 
 class Simulated(NamedTuple):
-    """The simulated times of one combination, and their theoretical minimum for the same start."""
+    """The simulated times of one combination, and their theoretical minimum."""
 
     case: Case
     took: tuple[int, ...]
@@ -101,7 +103,7 @@ class Simulated(NamedTuple):
 
     @property
     def extra(self) -> int:
-        """Return the scans of the largest difference between a time and its minimum.
+        """Return the largest difference between a time and its minimum, in scans.
 
         A negative number means that the calculated minimum is wrong.
         """
@@ -112,7 +114,7 @@ class Simulated(NamedTuple):
 def grid(
     scans_ms: Iterable[int], rpis_ms: Iterable[int], responses_ms: Iterable[int]
 ) -> list[Case]:
-    """Return every combination twice: all clocks start at 0, and all clocks have random phases."""
+    """Return every combination twice: with all clocks at phase 0, and with random phases."""
     cases = []
     for scan, rpi, response in itertools.product(scans_ms, rpis_ms, responses_ms):
         random = Random(f"{scan} {rpi} {response}")
@@ -128,11 +130,12 @@ def simulate_command(case: Case, *, together: bool = False) -> Simulated:
 
     Args:
         case: The combination.
-        together: `Execute` rises in a scan in which all clocks tick. This needs phases of 0.
+        together: Whether `Execute` rises in a scan in which all clocks tick. All phases must be 0.
 
     Returns:
-        The times of four scans, counted from the scan of the rising edge [us]: the code is written,
-        the command is done, the next data are possible, the next code is written.
+        The times of four scans, counted from the scan of the rising edge [us]. In these scans the
+        code is written, the command is done, the next data are possible, and the next code is
+        written.
     """
     config = RobotConfig(
         command_accept_delay=case.response_us / 1000, status_reset_delay=case.response_us / 1000,
@@ -161,9 +164,9 @@ def simulate_command(case: Case, *, together: bool = False) -> Simulated:
 def simulate_sequence(case: Case) -> Simulated:
     """Simulate alarm reset, servo ON, program reset and start in a row.
 
-    The margin is the need of the network (RPI + 5 ms) plus `response_us`. The result contains three
-    times for each input: it goes ON, the block is done, it goes OFF. Times are counted as in
-    `simulate_command`.
+    The margin is the delay of the network (RPI + 5 ms) plus `response_us`. The result contains
+    three times for each input: the input goes ON, the block is done, the input goes OFF. Times are
+    counted from the scan of the rising edge [us].
     """
     config = RobotConfig(power_on_alarm="17.401", program_is_reset=False)
     margin_us = case.rpi_us + CYCLE_US + case.response_us
@@ -185,7 +188,7 @@ def simulate_sequence(case: Case) -> Simulated:
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Measure the whole grid on all processors: 1 to 20 ms, 1 to 100 ms, several responses."""
+    """Measure the whole grid on all processors: scan times, packet intervals and response times."""
     step = 7 if options.quick else 1
     cases = grid(range(1, 21, step), range(1, 101, step), _RESPONSES_MS)
     margins = grid(range(1, 21, 3 * step), range(1, 101, 9 * step), _MARGINS_MS)
@@ -200,7 +203,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def _most(found: Sequence[Simulated]) -> int:
-    """Return the greatest difference in scans, whether early or late."""
+    """Return the difference in scans with the greatest absolute value."""
     return max(abs(one.extra) for one in found)
 
 
@@ -240,7 +243,7 @@ def _cell(text: str, case: Case, config: RobotConfig) -> Cell:
 
 
 def _settle(cell: Cell) -> None:
-    """Scan until the interval after the start of the link is over, so requests are sent at once."""
+    """Scan until the interval after the link's start is over, so that requests are sent at once."""
 
     def ready() -> bool:
         robot = cell["Main.Robot"]
@@ -250,10 +253,10 @@ def _settle(cell: Cell) -> None:
 
 
 def _until(cell: Cell, condition: Callable[[Scan], object]) -> int:
-    """Scan until `condition` of the last scan is true; return the time of that scan [us].
+    """Scan until `condition` holds for a scan. Return the time of this scan [us].
 
     Raises:
-        InputError: the condition did not become true, so the bench cannot measure.
+        InputError: the condition did not hold in time, so the bench cannot measure.
     """
     for _ in range(_MOST_SCANS):
         last = next(one for one in reversed(list(cell.trace)) if isinstance(one, Scan))

@@ -54,7 +54,7 @@ __all__ = [
     "sources_of",
 ]
 
-#: Required share of accepted files in each library [%].
+#: Least share of accepted files in each library [%].
 LEAST = 95.0
 #: Largest permitted share of files with a gap of the front end, in a repository [%].
 MOST = 2.0
@@ -69,12 +69,12 @@ _SHOWN = 10
 
 @dataclass(frozen=True)
 class Share:
-    """The result for a library.
+    """The result for a library from `RCX_LIBRARIES`.
 
     Attributes:
         files: Number of files.
         refused: Number of files with errors.
-        reasons: Each reason with its number of occurrences.
+        reasons: Maps each reason to its number of occurrences.
     """
 
     files: int
@@ -89,7 +89,7 @@ class Share:
 
 @dataclass
 class Result:
-    """The result for a repository.
+    """The result for a repository from `RCX_REPOSITORIES`.
 
     Attributes:
         files: The measured files of the repository.
@@ -101,19 +101,19 @@ class Result:
 
     @property
     def accepted(self) -> list[Path]:
-        """Return the files without an error."""
+        """Return the files in which the front end finds no error."""
         return [file for file in self.files if file not in self.refusals.files]
 
     def percent(self, kind: Kind) -> float:
-        """Return the share of the files that are refused for this kind of reason [%]."""
+        """Return the share of the files that are refused for a reason of this kind [%]."""
         return 100.0 * self.refusals.count(kind) / max(1, len(self.files))
 
 
 def sources_of(entry: Path) -> list[Path]:
-    """Return the sources of a library: its files, and the declarations of its project.
+    """Return the sources of a library: its files, or the declarations of its project.
 
     Raises:
-        InputError: there are none, or the project cannot be read.
+        InputError: there are no sources, or the project cannot be read.
     """
     files = named_files(entry)
     projects = [file for file in files if is_project(file)]
@@ -144,7 +144,7 @@ def _is_in(file: Path, error: InputError) -> bool:
 
 
 def result(repository: Repository, root: Path) -> Result:
-    """Check the programs of a repository and classify what is refused.
+    """Check the programs of a repository, and classify the refused files.
 
     Raises:
         InputError: a checkout lacks expected files.
@@ -153,7 +153,7 @@ def result(repository: Repository, root: Path) -> Result:
     found = Result()
     for entries in repository.programs(root):
         files, refusals = _program(entries, libraries, repository)
-        known = set(found.files)  # a library that several programs use counts once
+        known = set(found.files)  # a library that several programs use is counted once
         found.files += [file for file in files if file not in known]
         found.refusals.merge(refusals)
     return found
@@ -193,7 +193,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
     Raises:
         InputError: neither variable is set and matiec is not found, a library has no sources, or a
-            checkout is not the measured one.
+            checkout is at another commit.
     """
     entries = [Path(part) for part in os.environ.get(_VARIABLE, "").split(os.pathsep) if part]
     root = os.environ.get(_FOLDER, "")
@@ -259,7 +259,10 @@ def _rows(matiec: Matiec, compiler: str, options: Options, console: Console) -> 
 
 
 def _repositories(root: Path, console: Console) -> Iterator[tuple[Repository, Result]]:
-    """Yield the results of the repositories in a folder, print them and a table of all."""
+    """Yield the results of the repositories in a folder.
+
+    Print each result, and a table of all results.
+    """
     table = Table(box=box.SIMPLE)
     for title in (
         "repository",

@@ -1,7 +1,7 @@
-"""Theoretical minimum of docs/explanation/timing.md: the earliest time of each step.
+"""Theoretical minimum in docs/explanation/timing.md: the earliest possible time of each step.
 
-The calculation does not use the blocks. It uses three clocks, the dependencies of the steps, and
-the 100 ms of the manual.
+The calculation does not use the blocks. It uses three clocks, the order of the steps, and the
+interval of 100 ms from the manual.
 """
 
 from __future__ import annotations
@@ -13,8 +13,8 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["Clocks", "Command", "Step", "command", "sequence"]
 
-#: A shorter command ends in the cycle in which it begins: the controller skips the status
-#: "running".
+#: A command that is shorter than this time ends in the cycle in which it begins. The controller
+#: then skips the status "running".
 _SHORT_US = CYCLE_US
 
 
@@ -51,7 +51,7 @@ class Step:
 
 
 class Clocks:
-    """The clocks of scan, packet and controller cycle, without jitter."""
+    """The clocks of PLC scan, packet and controller cycle, without jitter."""
 
     def __init__(self, timing: Timing) -> None:
         self.scan_us, self._rpi_us = timing.scan_us, timing.rpi_us
@@ -68,8 +68,8 @@ class Clocks:
     def seen_by_robot(self, t_us: int) -> int:
         """Return R(t): the cycle in which the controller reads the outputs of the scan at `t_us`.
 
-        The first packet after a scan sends its outputs. A cycle reads the packets that have arrived
-        before it.
+        The first packet after a scan sends the outputs of the scan. A cycle reads all packets that
+        have arrived before the cycle.
         """
         packet = _next(t_us + 1, self._rpi_us, self._to_robot)
         return self.cycle(packet + 1)
@@ -82,11 +82,12 @@ class Clocks:
 def command(
     clocks: Clocks, start_us: int, *, accept_us: int, run_us: int, reset_us: int
 ) -> Command:
-    """Return the earliest times of the handshake.
+    """Return the earliest times of a remote command in the handshake.
 
     Args:
         clocks: The three clocks.
-        start_us: The scan of the rising edge. The status is then 0x0000, and the channel is free.
+        start_us: The scan of the rising edge. In this scan the status is 0x0000, and the channel is
+            free.
         accept_us: The controller's time from the code to the beginning of the command.
         run_us: Duration of the command.
         reset_us: The controller's time from the code 0x0000 to the status 0x0000.
@@ -102,19 +103,19 @@ def command(
 def sequence(
     clocks: Clocks, start_us: int, answers_us: tuple[int, ...], spacing_us: int
 ) -> list[Step]:
-    """Return the earliest times of dedicated inputs in a row; the end of each starts the next.
+    """Return the earliest times of dedicated inputs in a row. The end of one step starts the next.
 
     Args:
         clocks: The three clocks.
         start_us: The scan of the first rising edge. No input has changed for `spacing_us` before
-            it.
+            this scan.
         answers_us: The controller's time from each input to its answer.
         spacing_us: Interval between two changes: 100 ms plus the margin.
     """
     steps: list[Step] = []
     # `asked` is the time at which the next input is requested; `free` is the time at which the wire
-    # may change again. Each input waits for both times. Its OFF edge is also a change, so the next
-    # input has to wait for another interval.
+    # may change again. Each input waits for both times. The OFF edge of an input is also a change,
+    # so the next input has to wait for another interval.
     asked, free = start_us, start_us
     for answer_us in answers_us:
         on = clocks.scan(max(asked, free))

@@ -1,4 +1,4 @@
-"""CPU time of the benchmark's processes, and processes that it starts."""
+"""Processes that a benchmark starts, and their CPU time."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from structured_text.errors import InputError
 
 __all__ = ["begin", "cpu_of_children", "first_line", "in_ordinary_time", "running"]
 
-#: Folder of Linux's process information; without it CPU time cannot be measured.
+#: Folder with the process information of Linux. Without this folder CPU time cannot be measured.
 _PROC = Path("/proc")
 
 
@@ -21,7 +21,7 @@ def cpu_of_children(module: str) -> float:
     """Return the CPU time of the descendants of this process that run a Python module [s].
 
     Raises:
-        InputError: this system does not report it.
+        InputError: this system does not report CPU time.
     """
     return sum(_ticks_of_children(module).values()) / os.sysconf("SC_CLK_TCK")
 
@@ -30,7 +30,7 @@ def in_ordinary_time(module: str) -> None:
     """Remove real-time priority from the descendants of this process that run a Python module.
 
     Raises:
-        InputError: this system does not list them.
+        InputError: this system does not list processes.
     """
     for number in _ticks_of_children(module):
         with suppress(ProcessLookupError):  # the process has ended in the meantime
@@ -41,14 +41,14 @@ def _ticks_of_children(module: str) -> dict[int, int]:
     """Return the CPU time of descendants that run a Python module, by process id [ticks].
 
     Raises:
-        InputError: this system does not report it.
+        InputError: this system does not report CPU time.
     """
     if not (_PROC / "self" / "stat").exists():
         raise InputError("CPU time of other processes is measured on Linux only")
     parents: dict[int, int] = {}
     ticks: dict[int, int] = {}
     for entry in _PROC.iterdir():
-        with suppress(OSError, ValueError):  # not a process, or it has ended
+        with suppress(OSError, ValueError):  # this entry is not a process, or the process has ended
             number = int(entry.name)
             fields = (entry / "stat").read_text().rpartition(")")[2].split()
             parents[number] = int(fields[1])
@@ -98,7 +98,7 @@ def first_line(process: subprocess.Popen[str]) -> str:
 
 
 def begin(process: subprocess.Popen[str]) -> None:
-    """Start the work of a process that is ready: send a line to it."""
+    """Start the work of a process that is ready, by sending a line to it."""
     assert process.stdin is not None
     process.stdin.write("\n")
     process.stdin.flush()

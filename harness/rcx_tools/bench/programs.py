@@ -1,7 +1,7 @@
 """Comparison of the speed of movements by a robot program and by remote commands.
 
-Both cells have the same PLC program, robot and path: to and fro between two points. They run in
-turns, and the medians of their CPU times are compared, because the speed of a machine changes.
+Both cells have the same PLC program, robot and path: to and fro between two points. The cells run
+alternately, because the speed of a machine changes. The medians of their CPU times are compared.
 """
 
 from __future__ import annotations
@@ -20,9 +20,9 @@ __all__ = ["Measured", "measure", "simulated"]
 
 #: Simulated time of each run [s], and number of runs of each cell.
 _SECONDS, _RUNS, _QUICK_RUNS = 10, 15, 1
-#: Number of samples of the direction of movement per second.
+#: How often per second the direction of movement is sampled.
 _STEPS_IN_S = 50
-#: A movement by a program may take at most this share of the CPU time of a commanded movement.
+#: Target: greatest CPU time of a movement by a program, as a share of that of a commanded movement.
 _MOST = 1.0
 _PLC = """
 PROGRAM Shuttle
@@ -67,7 +67,7 @@ class Measured(NamedTuple):
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Measure both cells in turns."""
+    """Measure both cells alternately. Return their speeds and the ratio of their CPU times."""
     runs = _QUICK_RUNS if options.quick else _RUNS
     seconds = 1 if options.quick else _SECONDS
     with tempfile.TemporaryDirectory() as folder:
@@ -93,7 +93,7 @@ def measure(options: Options) -> dict[str, Figure]:
 
 
 def simulated(cell: Cell, seconds: int, *, commands: bool) -> Measured:
-    """Run the cell after its power-up, with remote commands or with the robot program."""
+    """Run a cell after power-up, with remote commands or with the robot program."""
     start = cell.snapshot()
     try:
         cell["Main.CellSafe"], cell["Main.Commands"] = True, commands

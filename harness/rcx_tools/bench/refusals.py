@@ -26,7 +26,7 @@ __all__ = ["Kind", "Refusals", "Reviewed", "classified", "references"]
 
 #: Pattern of names and numbers in a message. They are replaced to group messages by reason.
 _NAMES = re.compile(r"\b(?:\w*\d\w*|[A-Z_]\w*|\w+[A-Z]\w*)(?:\.\w+)*\b")
-#: Patterns of messages about an undeclared name; a group contains the name.
+#: Patterns of messages about an undeclared name. A group of the pattern contains the name.
 _UNKNOWN = re.compile(
     r"there is no (?:type|namespace|function|interface|variable or namespace|variable|"
     r"global variable|program) ([\w.]+)|([\w.]+) is not declared|"
@@ -70,12 +70,12 @@ _REFERENCES = {
 
 
 def _reason_name(name: re.Match[str]) -> str:
-    """Return the placeholder of a name in a reason; return names of the language unchanged."""
+    """Replace a name in a reason by a placeholder. Names of the language stay unchanged."""
     return name[0] if _LANGUAGE.fullmatch(name[0]) or name[0] in _WORDS else "…"
 
 
 class Kind(Enum):
-    """The reason why a file is refused."""
+    """The kind of reason for which a file is refused."""
 
     GAP = "gap"
     MISSING = "missing library"
@@ -84,7 +84,7 @@ class Kind(Enum):
 
 @dataclass(frozen=True)
 class Reviewed:
-    """A refusal that a person has checked: it is correct, because the tool also refuses the file.
+    """A refusal that a person has found correct, because the tool also refuses the file.
 
     Attributes:
         message: A pattern that matches the message with its file and line.
@@ -128,7 +128,7 @@ class Refusals:
 
 
 def references(folder: Path) -> frozenset[str]:
-    """Return the libraries that the projects in a folder refer to."""
+    """Return the names of the libraries to which the projects in a folder refer."""
     found: set[str] = set()
     for file in folder.rglob("*"):
         pattern = _REFERENCES.get(file.name) or _REFERENCES.get(file.suffix.lower())
@@ -143,7 +143,7 @@ def classified(
     libraries: frozenset[str],
     reviewed: Sequence[Reviewed] = (),
 ) -> Refusals:
-    """Return the refused files with the reason of each.
+    """Return the refused files of a program, each with its reason.
 
     Args:
         files: All files of the program.
@@ -181,15 +181,15 @@ def _kind(
 ) -> Kind | str:
     """Return the kind of an error.
 
-    If the error only follows from an error in another declaration, return a text with the name of
-    that declaration instead.
+    If the error follows from an error in another declaration, return the name of this declaration
+    as text.
     """
     if isinstance(error, ConsequenceError):
         return error.message
     if any(re.search(one.message, str(error)) for one in reviewed):
         return Kind.OTHER
     if error.message.startswith("C code in a pragma"):
-        return Kind.OTHER  # its body is not Structured Text
+        return Kind.OTHER  # the body of the declaration is not Structured Text
     name = _unknown_name(error)
     if not name and lacks_namespace and libraries and _is_argument(error, declared):
         return Kind.MISSING
@@ -218,9 +218,9 @@ def _lacks_namespace(errors: Sequence[InputError]) -> bool:
 def _is_argument(error: InputError, declared: Mapping[str, Path]) -> bool:
     """Return whether an error refuses the value of an argument, in a call of a declared name.
 
-    If a file uses a namespace that is not available, the call may mean a function of the same name
-    in that namespace. SIMATIC AX selects among functions of one name by their arguments: a project
-    and its test library may both contain `Equal`.
+    If a file uses a namespace that is not available, the call may refer to a function of the same
+    name in this namespace. SIMATIC AX selects among functions of one name by their arguments: a
+    project and its test library may both contain `Equal`.
     """
     line = _line_of(error)[: max(0, (error.column or 1) - 1)]
     called = re.findall(r"(\w+)\s*\(", line)
@@ -244,7 +244,7 @@ def _unknown_name(error: InputError) -> str:
         return ""
     words = _WORD.findall(_line_of(error), max(0, (error.column or 1) - 1))
     if len(words) > 1 and words[0].upper() in ("SIZEOF", "XSIZEOF"):
-        words = words[1:]  # the type of its argument is not known
+        words = words[1:]  # the type of an argument is not known
     return words[0].upper() if words else ""
 
 
@@ -254,7 +254,7 @@ def _declared(files: Sequence[Path]) -> dict[str, Path]:
     for file in files:
         try:
             text = source_text(file)
-        except InputError:  # a file that is not UTF-8 still declares names
+        except InputError:  # even a file that is not UTF-8 declares names
             text = file.read_bytes().decode("latin-1")
         for said in _DECLARED.finditer(text):
             for name in (said[1] or said[2]).split(","):

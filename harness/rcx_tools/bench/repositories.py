@@ -1,12 +1,13 @@
 """Public repositories of Structured Text whose share of accepted files is measured.
 
-This repository does not contain them. Fetch them into one folder, each at the commit of the table:
+This repository does not contain these files. Fetch the repositories into one folder, each at the
+commit of the table:
 
     git clone https://github.com/<name> <folder>/<owner>+<repository>
     git -C <folder>/<owner>+<repository> checkout <commit>
 
-`RCX_REPOSITORIES` names the folder. If a repository is not in the folder, it is left out with a
-message.
+`RCX_REPOSITORIES` names the folder. If a repository is not in the folder, a message says so, and it
+is left out.
 """
 
 from __future__ import annotations
@@ -24,21 +25,20 @@ __all__ = ["DIALECTS", "REPOSITORIES", "Repository", "how_to_get"]
 
 @dataclass(frozen=True)
 class Repository:
-    """A public repository, and the files of it that belong to each program.
+    """A public repository, with the files that belong to each of its programs.
 
     Attributes:
         name: Owner and repository.
         commit: The measured commit.
-        tool: The tool for which its files are written.
+        tool: The tool for which the files are written.
         together: Patterns of files, folders or projects that together are one program.
         each: Patterns of files, folders or projects that are a separate program each.
-        libraries: Patterns of files that belong to each of the separate programs as well.
+        libraries: Patterns of files that belong to each of the separate programs in addition.
         device: The measured device of a CODESYS project that contains several devices.
         leaves_out: A pattern of paths that are not measured, with the reason in a comment.
         reviewed: Messages that a person has read and that do not show a gap.
-        beyond: Constructs that its programs need and that the front end refuses by name. Such a
-            repository is measured without a target.
-        measured without a target.
+        beyond: Constructs that the programs need and that the front end refuses by name. A
+            repository with such constructs is measured without a target.
     """
 
     name: str
@@ -106,7 +106,6 @@ _BEREMIZ, _OSCAT, _LOGIX = "Beremiz", "CODESYS 2.3", "Logix"
 
 #: The measured repositories. They were chosen for their tools and sizes. `beyond` marks a
 #: repository with more gaps than the target allows.
-# : with more gaps than the target allows.
 REPOSITORIES = (
     Repository(
         "tcunit/TcUnit",
@@ -138,8 +137,8 @@ REPOSITORIES = (
         "trofimich/TwinCAT.OpenFramework",
         "62cb3d27e8a539943719fc385c119ec0c5b9816e",
         _TWINCAT,
-        # Two applications with blocks of the same names, and the libraries of both. The project
-        # "for old code storing" is left out because it does not fit the current libraries.
+        # Two applications that have blocks with the same names, and the libraries of both. The
+        # project "for old code storing" is left out, because it uses older libraries.
         each=("Sources/*.Samples/*.plcproj", "Sources/*.Tests/*.plcproj"),
         libraries=(
             "Sources/TwinCAT.OpenFramework.[!ST]*/*.plcproj",

@@ -1,10 +1,10 @@
-"""Cost per scan on a PLC, with each available compiler.
+"""CPU time per scan on a PLC, with each available compiler.
 
 One program contains ten robots. The program itself simulates their controllers (it answers a
-command in the next scan), so the harness is not measured. Each figure is the difference between two
-programs, per robot or block: with and without areas, with and without idle blocks, with and without
-running handshakes, and with areas of 512 and of 48 bytes. The programs take turns. The figures are
-medians of CPU time.
+command in the next scan), so the harness is not measured. Each figure is the difference in CPU time
+between two programs, per robot or block: with and without areas, with and without idle blocks, with
+and without running handshakes, and with areas of 512 and of 48 bytes. The programs run alternately,
+and the figures are medians.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from structured_text.projects.needed import needed
 __all__ = ["ENGINES", "ROWS", "RUNNING", "Paid", "measure", "paid"]
 
 ENGINES = ("matiec", "strucpp")
-#: The measured figures.
+#: The names of the measured figures.
 ROWS = (
     "an area read and written",
     "of this, the cost of 464 more bytes in RCX_IMAGE",
@@ -59,7 +59,7 @@ RUNNING = """  Move{k}(Robot := Robot{k}, Execute := NOT Move{k}.Done, Point := 
 
 @dataclass(frozen=True)
 class Paid:
-    """The figures of one engine: nanoseconds per scan, in the order of ROWS."""
+    """The measured figures of one engine, in nanoseconds per scan, in the order of ROWS."""
 
     area: float
     copies: float
@@ -68,11 +68,11 @@ class Paid:
 
 
 def paid(engine: str, rounds: int, scans: int) -> Paid:
-    """Measure the cost per scan on one engine.
+    """Measure the CPU time per scan on one engine.
 
     Args:
         engine: `matiec` or `strucpp`.
-        rounds: Number of turns of each program.
+        rounds: Number of rounds. Each program runs once in a round.
         scans: Scans of each program in a round.
 
     Raises:
@@ -88,7 +88,7 @@ def paid(engine: str, rounds: int, scans: int) -> Paid:
         count = programs["running"].read("Main.Count")
         for program in programs.values():
             program.close()
-    # Data, code, answer, 0x0000 and the answer to 0x0000: a command takes at most eight scans.
+    # A command takes at most eight scans: data, code, answer, 0x0000 and the answer to 0x0000.
     if not isinstance(count, int) or count < _ROBOTS * rounds * scans // 8:
         raise InputError(f"{engine}: {count} commands in {rounds * scans} scans are too few")
     ns = {one: median(found) for one, found in times.items()}
@@ -101,7 +101,7 @@ def paid(engine: str, rounds: int, scans: int) -> Paid:
 
 
 def _timed(program: Program, scans: int) -> float:
-    """Return the CPU time of a scan [ns]."""
+    """Return the CPU time of one scan of a program [ns]."""
     scan = program.scan
     started = time.process_time_ns()
     for now_us in range(0, scans * _SCAN_US, _SCAN_US):
@@ -125,7 +125,7 @@ def _built(name: str, folder: Path, engine: str) -> Program:
 
 
 def _text(name: str) -> str:
-    """Return the source of one of the programs."""
+    """Return the Structured Text of one of the measured programs."""
     declared, called = ["    Count : DINT;"], ["  Count := Count;\n"]
     for k in range(0 if name == "empty" else _ROBOTS):
         declared += [
@@ -158,7 +158,7 @@ def _text(name: str) -> str:
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Measure every row on every compiler."""
+    """Measure every figure with every available compiler."""
     rounds, scans = (3, 200) if options.quick else (15, 20_000)
     found: dict[str, Figure] = {}
     for engine in ENGINES:

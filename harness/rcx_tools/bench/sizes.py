@@ -1,7 +1,7 @@
-"""Size of a robot and of each block on a PLC in bytes, with each available compiler.
+"""Memory size of a robot and of each block on a PLC, with each available compiler.
 
-No size is estimated. matiec or STruC++ translates the whole library, the C or C++ compiler compiles
-the result, and `sizeof` gives the size of every block.
+The sizes are not estimated. matiec or STruC++ translates the whole library, the C or C++ compiler
+compiles the result, and `sizeof` gives the size of every block.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from structured_text.language.load import load
 
 __all__ = ["LARGEST_COMMAND", "LARGEST_REF", "Size", "measure", "sizes", "strucpp_sizes", "table"]
 
-#: Targets [byte].
+#: Greatest permitted sizes [byte].
 LARGEST_REF, LARGEST_COMMAND = 160, 500
 
 _MAIN = """
@@ -74,7 +74,7 @@ class Size:
 
     @property
     def limit(self) -> int | None:
-        """Return the target [byte], or None if the type has no target."""
+        """Return the greatest permitted size [byte], or None if the type has no target."""
         if self.name == "RCX_REF":
             return LARGEST_REF
         return LARGEST_COMMAND if self.folder == "command" else None
@@ -125,7 +125,7 @@ def strucpp_sizes(strucpp: Strucpp, compiler: str) -> list[Size]:
 
 
 def _sources(folder: Path) -> list[Path]:
-    """Write a minimal program into the folder; return its path and the files of the library."""
+    """Write a minimal program into the folder. Return its path and the files of the library."""
     main = folder / "main.st"
     main.write_text(_MAIN, encoding="utf-8")
     return [main, *sorted(default_lib().rglob("*.st"))]

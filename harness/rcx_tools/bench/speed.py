@@ -17,7 +17,7 @@ from structured_text.engines.load import why_not
 __all__ = ["measure"]
 
 _EXAMPLE, _EXAMPLE_S = default_lib().parent / "examples/01_power_up", 3
-#: Required speed of a run, as a multiple of real time.
+#: Target for the speed of a run, as a multiple of real time.
 _LEAST = {"matiec": 300, "builtin": 50}
 _COMMANDS = ("--version", "--help", f"check {_EXAMPLE}", f"run {_EXAMPLE}")
 

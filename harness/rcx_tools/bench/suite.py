@@ -1,8 +1,8 @@
 """Measure `make test`: its duration, its CPU time, its slowest files, and the time per folder.
 
-The results of the tests must not depend on the number of processes or on the order. Therefore a
-part of the tests runs several times: in one process, in four processes, in reverse order, and in a
-random order (`--order` of tests/conftest.py).
+The results of the tests must not depend on the order or on the number of processes. To check this,
+a part of the tests runs several times: in one process, in four processes, in reverse order, and in
+a random order (`--order` of tests/conftest.py).
 """
 
 from __future__ import annotations
@@ -21,13 +21,14 @@ from rcx_tools.bench.figure import Figure, Options, at_most, shown
 
 __all__ = ["Tested", "measure", "read"]
 
-#: Limits for `make test` on two idle cores without matiec: real time, and CPU time of both cores.
+#: Time limits for `make test` on two idle cores without matiec: real time, and CPU time of both
+#: cores.
 _LIMIT_S, _LIMIT_CPU_S = 150, 300
 _EXPENSIVE = 10
 _QUICK = ("-m", "not exhaustive")
-#: Repetitions of the repeated part: name, number of processes, order.
+#: The repetitions of a part of the tests: name, number of processes, and order.
 _OTHERWISE = (("in four", "4", ""), ("in reverse", "1", "reverse"), ("drawn", "1", "20261"))
-#: The part that is repeated: tests that share compiled programs, seeds and caches.
+#: The tests that are repeated. They share compiled programs, seeds and caches.
 _PART = ("tests/area", "tests/sequence", "tests/contract/test_broken_blocks.py", "tests/robot")
 
 
@@ -40,7 +41,7 @@ class Tested(NamedTuple):
 
 
 def measure(options: Options) -> dict[str, Figure]:
-    """Run the repetitions and then all tests; with `quick` run only the repetitions."""
+    """Run the repetitions and then all tests. With `quick`, run only the repetitions."""
     with tempfile.TemporaryDirectory() as folder:
         plain = _results(_run(Path(folder), *_PART))
         found = {}
@@ -85,7 +86,7 @@ def _room(test: Tested) -> str:
 
 
 def read(file: Path) -> list[Tested]:
-    """Return the tests of a file that `pytest --junitxml` has written."""
+    """Return the tests in a report of `pytest --junitxml`."""
     tests = []
     for case in ET.parse(file).iter("testcase"):
         marks = {child.tag for child in case}

@@ -24,7 +24,7 @@ def command_page(name: str) -> Iterator[str]:
     """Yield the lines of the page of one command.
 
     Args:
-        name: The command as users type it: `run`.
+        name: The command as users type it, such as `run`.
     """
     command = Later(name=name).loaded()
     arguments = [each for each in command.params if each.param_type_name == "argument"]

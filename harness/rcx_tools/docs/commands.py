@@ -24,12 +24,12 @@ the first one that it reads. Bits and words that are not listed must be 0.
 
 
 def blocks_of(command: Command) -> list[Block]:
-    """Return the blocks that send a command; no block sends the status reset."""
+    """Return the blocks that send a command. For the status reset there are none."""
     return [block for block in library().blocks.values() if command in block.commands]
 
 
 def commands_page() -> Iterator[str]:
-    """Yield the lines of the page."""
+    """Yield the lines of the page about remote commands."""
     yield _INTRO
     every = list(spec.commands().values())
     for command in every:
@@ -89,7 +89,7 @@ def _address(part: Field, letter: str) -> str:
 
 
 def _allowed(part: Field, names: Sequence[str]) -> str:
-    """Return the legal values of a field; `names` are all field names of the telegram."""
+    """Return the legal values of a field. `names` has all field names of the telegram."""
     texts = []
     by, units = part.units_by(names)
     if part.values:

@@ -1,4 +1,4 @@
-"""Standard cycle times of the robot models: calculated, measured in virtual time, and fitted.
+"""Cycle times of the robot models in the standard cycle: calculated, and measured in virtual time.
 
 `python -m rcx_tools.docs.cycle_times` fits the law of acceleration again, and prints the two
 parameters of the law.
@@ -27,15 +27,14 @@ UP, ACROSS, DEPTH = 25.0, 300.0, 50.0
 _ARCH, _READY, _DONE = 0x002, 0x0000, 0x0200
 _ROBOT, _FROM, _TO = 1, 1, 2
 _STEPS, _ROUNDS = 12, 16
-#: Bounds of the two parameters in the search for the law: factor and share.
+#: Limits of the two parameters of the law of acceleration in the fit: factor and share.
 _LOW, _HIGH = (0.3, 0.01), (12.0, 3.0)
 
 
 def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, float]]:
     """Return X and Y of both ends of the cycle across the front [mm].
 
-    The distance of the ends from the base is the distance of the hand while the arms are at a right
-    angle.
+    With the arms at a right angle, the hand has the same distance from the base as both ends.
     """
     far = math.hypot(*model.arms)
     y = math.sqrt(far**2 - (ACROSS / 2) ** 2)
@@ -43,7 +42,7 @@ def cycle_ends(model: RobotModel) -> tuple[tuple[float, float], tuple[float, flo
 
 
 def planned_cycle(model: RobotModel, of: Law, load: float) -> float:
-    """Return the time to and fro [s] that the controller's planner calculates with a law."""
+    """Return the cycle time [s] that the controller's planner calculates with a given law."""
     ends = _angles(model)
 
     def move(place: int, start: float, end: float) -> AxisMove:
@@ -64,7 +63,7 @@ def _angles(model: RobotModel) -> Sequence[Sequence[float]]:
 
 
 def fitted(names: Sequence[str]) -> Law:
-    """Return the law with the least sum of squared relative errors for the cycles of these models.
+    """Fit the law of acceleration to the cycle times of these models, by least relative squares.
 
     The search uses a grid that becomes finer. Every call gives the same result.
     """
@@ -96,7 +95,7 @@ def _grid(low: float, high: float) -> list[float]:
 
 
 def measured_cycle(name: str, load: float) -> float:
-    """Return the time to and fro in virtual time [s], for MOVE with arch by remote command.
+    """Return the cycle time in virtual time [s], for MOVE with arch by remote command.
 
     The time is the number of controller cycles of 5 ms, from the first cycle with moving axes to
     the cycle of the end status.
@@ -144,7 +143,7 @@ class _Master:
             self._run(30)
 
     def arch(self, point: int) -> float:
-        """Move to a point; return the seconds from the start of the movement to its end status."""
+        """Move to a point. Return the seconds from the start of the movement to its end status."""
         values = {
             "axis_designation": 1, "axes": 0b111, "speed_mode": 2, "speed": 100, "point": point,
             "arch_unit": 1, "arch_axis": 0b100, "arch_position": round(1000 * (DEPTH - UP)),

@@ -1,4 +1,4 @@
-"""Generators of parts of diagnosis.md: program, panel with values of a run, tables of texts.
+"""Generators of parts of diagnosis.md: a program, a panel with values of a run, tables of texts.
 
 The page is handwritten, except the parts between `<!-- made: NAME -->` and `<!-- end -->`. The
 panel shows a run of docs/how-to/diagnosis/Diagnosis.st in the virtual cell.
@@ -28,7 +28,7 @@ _WIDTH = 92
 
 
 def diagnosis_page() -> str:
-    """Return the page with new generated parts."""
+    """Return diagnosis.md with new generated parts."""
     text = (ROOT / "docs/how-to/diagnosis.md").read_text(encoding="utf-8")
     return _PART.sub(lambda found: f"{found[1]}{_MAKERS[found[2]]()}\n{found[3]}", text)
 
@@ -40,7 +40,7 @@ def run_panel() -> Mapping[str, Any]:
     Returns:
         `Recorder`, `Channels` and `Why` of the program, each with its outputs by name.
     """
-    from rcx_harness.cell import Cell  # imported here because other pages do not need it
+    from rcx_harness.cell import Cell  # imported here, because other pages do not need this import
 
     shown = {
         "Recorder": ("Rows", "Fault", "FaultCode", "FaultData", "Frozen", "Total"),
@@ -118,7 +118,7 @@ def _turn(name: str, turn: Mapping[str, Any]) -> str:
 
 
 def _program() -> str:
-    """Return the statements of the program."""
+    """Return the statements of the program Diagnosis.st."""
     body = PROGRAM.read_text(encoding="utf-8").rpartition("END_VAR\n")[2]
     lines = body.partition("END_PROGRAM")[0].strip("\n").splitlines()
     return "```iecst\n" + "\n".join(line.removeprefix("  ") for line in lines) + "\n```"
@@ -149,7 +149,7 @@ def _errors() -> str:
 
 
 def _both(title: str, rows: list[tuple[str, Mapping[str, Any], str]]) -> Iterator[str]:
-    """Yield a table in both languages, with English details only if no other page contains them."""
+    """Yield a table in English and Japanese, with details only if no other page has them."""
     yield f"| {title} | English | 日本語 |\n|---|---|---|"
     for number, row, page in rows:
         english = row["name"] if page else f"**{row['name']}**<br>{row['cause']}<br>{row['remedy']}"

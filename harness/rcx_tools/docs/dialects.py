@@ -39,7 +39,7 @@ the line is reported, as for the other [faults of matiec](engines.md#faults-of-m
 
 
 def language_page(page: Path) -> str:
-    """Return the page with the current section between the marks."""
+    """Return language.md with the current section between the marks."""
     text = page.read_text(encoding="utf-8")
     between = re.compile(f"{re.escape(_BEGIN)}.*?{re.escape(_END)}", re.DOTALL)
     body = "\n".join(section())
@@ -47,7 +47,7 @@ def language_page(page: Path) -> str:
 
 
 def section() -> Iterator[str]:
-    """Yield the lines of the section, without its title."""
+    """Yield the lines of the section about dialects, without its title."""
     yield _ABOUT
     for name, tools in dialects().items():
         yield f"| `{name}` | {tools} |"

@@ -1,4 +1,4 @@
-"""Generator of the table of matiec's faults in engines.md; the rest of the page is handwritten."""
+"""Generator of the table of matiec's faults in engines.md. The rest of the page is handwritten."""
 
 from __future__ import annotations
 
@@ -19,13 +19,13 @@ _VERSIONS = {"all": "all", "new": "since June 2024", "old": "before June 2024"}
 
 
 def engines_page() -> str:
-    """Return the page with the current table."""
+    """Return engines.md with the current table."""
     table = "\n".join(faults_table())
     return _TABLE.sub(lambda found: f"{found[1]}\n{table}\n", _PAGE.read_text(encoding="utf-8"))
 
 
 def faults_table() -> Iterator[str]:
-    """Yield the lines of the table, beginning with the faults that have a detector."""
+    """Yield the lines of the table of matiec's faults. Faults that `rcx` detects come first."""
     yield "| In your program | matiec | Versions | Write instead | Reported |"
     yield "|---|---|---|---|---|"
     for fault in sorted(faults().values(), key=lambda one: one.name not in DETECTORS):

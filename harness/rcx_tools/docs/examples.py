@@ -39,8 +39,8 @@ _LANE = re.compile(r"(?:(\d):)?(.*)")
 
 _WIDTH, _ROW, _TOP = 1080, 28, 44
 _LETTER = 7.3
-#: Possible distances of the time marks [us]. The first distance that gives at most `_MOST_MARKS`
-#: marks is used.
+#: Possible distances of two time marks [us]. The first distance with at most `_MOST_MARKS` marks is
+#: used.
 _MARKS = (50_000, 100_000, 200_000, 500_000, 1_000_000, 2_000_000, 5_000_000)
 _MOST_MARKS = 12
 _STYLE = (
@@ -53,7 +53,7 @@ _ORIGIN = "<!-- generated from plc/examples/charts.toml and a run of the example
 
 @dataclass(frozen=True)
 class Example:
-    """One folder of plc/examples, with the options of its command in the README of that folder."""
+    """One example: a folder of plc/examples, with the options of its command in the README."""
 
     folder: Path
     options: dict[str, list[str]]
@@ -65,7 +65,7 @@ class Example:
 
     @property
     def duration(self) -> str:
-        """Return the run time of the command in the README, in virtual time."""
+        """Return the virtual time for which the command in the README runs."""
         return self.options.get("for", [_DURATION])[0]
 
     def build(
@@ -184,24 +184,24 @@ class Recorder:
 
     spec: ChartSpec
     watch: list[str] = field(init=False)
-    """Variables to build the cell with."""
+    """Variables that the cell must watch."""
 
     def __post_init__(self) -> None:
-        """Find the signals of all lanes; raise InputError for a signal that does not exist."""
+        """Find the signals of all lanes. Raise InputError if a signal does not exist."""
         self._lanes = [_Signal(lane) for lane in self.spec.lanes]
         self.watch = [lane.signal for lane in self._lanes if lane.signal.startswith("Main.")]
 
     def listen(self, cell: Cell) -> None:
-        """Follow the run of this cell from now on."""
+        """Record the lanes of this cell from now on."""
         cell.trace.listen(lambda record: self._take(cell, record))
 
     @property
     def lanes(self) -> list[Lane]:
-        """Return the observed lanes, in the order of the chart."""
+        """Return the recorded lanes, in the order of the chart."""
         return [one.lane for one in self._lanes]
 
     def chart(self, origin: str = _ORIGIN) -> str:
-        """Return the observed lanes as an SVG picture with a linear time axis.
+        """Return the recorded lanes as an SVG picture with a linear time axis.
 
         Args:
             origin: Comment that names the source of the picture.

@@ -1,4 +1,4 @@
-"""Generator of fidelity.md: the rules that the virtual controller follows, and its assumptions."""
+"""Generator of fidelity.md: rules and assumptions that the virtual controller follows."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ An assumed rule without a setting is a simplification of the model.
 _NOTHING_MEASURED = "Nothing here has been measured at a real controller yet."
 _SOME_MEASURED = "A measurement is valid for the controllers and firmware that its row names."
 
-#: The classes of rules: basis, letter before the number, heading, title of the column.
+#: The classes of rules: basis, letter before the number, heading, and title of the column.
 _CLASSES = (
     ("manual", "M", "From the manual", "Section"),
     ("public", "P", "From a public source", "Source"),
@@ -44,7 +44,7 @@ As `RobotConfig` groups them; in the file all of them stand side by side.
 
 
 def fidelity_page() -> str:
-    """Return the page as Markdown."""
+    """Return fidelity.md as Markdown."""
     defaults = {
         entry.name: getattr(RobotConfig(), entry.name)
         for entry in fields(RobotConfig)

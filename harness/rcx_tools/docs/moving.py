@@ -1,7 +1,7 @@
 """Generator of docs/first.svg, the picture of the README: a moving arm and its signals.
 
-Both are drawn from one run of example 04 with the arms of a real robot (scara.toml). The animation
-is SMIL, which browsers also play inside an `img`.
+Arm and signals are drawn from one run of example 04, with the dimensions of a real robot
+(scara.toml). The animation is SMIL, which browsers also play inside an `img`.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ _STYLE = (
     ".point{fill:#1b7a3d}.tip{fill:#b34f00}.now{stroke:#b34f00;stroke-width:1.5}"
 )
 
-#: Angles of both arms [degree].
+#: Angles of both arms of the robot [degree].
 _Angles = tuple[float, float]
 
 
@@ -129,7 +129,7 @@ def _turning(angles: Sequence[float]) -> str:
 
 
 def _animated(element: str, attribute: str, values: Sequence[str], kind: str) -> str:
-    """Return an animation of the run with a pause at the end. Repeated values are left out."""
+    """Return an SVG animation of the run with a pause at its end. Repeated values are left out."""
     run_s = (_SPEC.end_us - _SPEC.begin_us) / 1e6 * _SLOWER
     whole_s = run_s + _REST_S
     last = len(values) - 1

@@ -1,4 +1,4 @@
-"""Write or check the generated files of docs/ and plc/lib, and command outputs in other pages.
+"""Write or check the generated files in docs/ and plc/lib, and command outputs in other pages.
 
 `python -m rcx_tools.docs.pages` writes the files. `python -m rcx_tools.docs.pages --check` only
 compares them, and exits with 1 if a file is not current. The command works on the repository, not
@@ -52,7 +52,7 @@ _OUTPUT = re.compile(
     r"^(<!-- (?P<kind>output of|file): (?P<what>.+?) -->\n```[a-z]*\n)(?:(?!```).*\n)*(```)$",
     re.MULTILINE,
 )
-#: Handwritten pages; only command outputs and files between fences are generated.
+#: Handwritten pages in which only command outputs and files between fences are generated.
 _PASTED = (
     "README.md",
     *(
@@ -163,7 +163,10 @@ _FOLDERS = (
 
 
 def _place(folder: str) -> tuple[int, str]:
-    """Return the sort key of a folder: listed folders first, then others, then the types."""
+    """Return the sort key of a folder.
+
+    Listed folders come first, then other folders, then the types.
+    """
     top = folder.partition("/")[0]
     if top == "types":
         return len(_FOLDERS) + 1, folder
@@ -208,7 +211,7 @@ To run a process yourself and change it:
 |---|---|---|"""
 
 
-#: File name endings of the program and the stimulus of a process.
+#: Endings of the file names of program and stimulus of a process.
 _FILES = (".st", ".toml")
 
 
@@ -237,7 +240,7 @@ def _processes() -> Iterator[str]:
 
 
 def _body(program: Path) -> str:
-    """Return the statements of a program."""
+    """Return the statements of a program, without its declarations."""
     text = program.read_text(encoding="utf-8")
     body = text.rpartition("END_VAR\n")[2].partition("END_PROGRAM")[0].strip("\n")
     return "\n".join(line.removeprefix("  ") for line in body.splitlines())
@@ -263,7 +266,7 @@ def _signals() -> Iterator[str]:
 
 
 def _pasted(path: str) -> str:
-    """Return a page with current command outputs and current texts of the files it shows."""
+    """Return a page with current command outputs, and with the current texts of shown files."""
 
     def paste(match: re.Match[str]) -> str:
         if match["kind"] == "file":
@@ -276,14 +279,15 @@ def _pasted(path: str) -> str:
 
 
 def _run(command: str) -> str:
-    """Return the output of a command as a new user without matiec sees it."""
+    """Run a command like a new user without matiec, and return its output."""
     hidden = ("RCX_MATIEC", "MAKEFLAGS", "MAKELEVEL", "MFLAGS")
     path = f"{ROOT / '.venv/bin'}:/usr/bin:/bin"
     clean = environment(without=hidden, PATH=path, COLUMNS="100", TERM="dumb")
     done = subprocess.run(
         command, shell=True, cwd=ROOT, env=clean, capture_output=True, text=True, check=False
     )
-    # Exit code 1 is also a result. Stderr is left out: on a busy machine it contains progress.
+    # Exit code 1 is also a result. Stderr is left out, because on a busy machine it contains
+    # progress messages.
     return (done.stdout + (done.stderr if done.returncode > 1 else "")).strip("\n")
 
 

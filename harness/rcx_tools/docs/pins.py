@@ -6,7 +6,7 @@ their pins (type, default, order), and types with their members, bounds and init
 entries are harmless. A changed or removed entry needs a new major version, or before version 1.0 a
 new minor version.
 
-`--write` writes the table of this version. This is done once, at the release.
+`--write` writes the table of this version. It is written once, at the release.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ __all__ = [
 
 FOLDER = ROOT / "tests/tools/library/pins"
 
-#: The rows of each block, function and type, in order. A row is a section, a name and the rest of
-#: the declaration.
+#: Maps each block, function and type to its rows, in order. A row is a section, a name and the rest
+#: of the declaration.
 Table = Mapping[str, Sequence[str]]
 
 _HEAD = """\
@@ -62,7 +62,7 @@ def now() -> dict[str, list[str]]:
 
 
 def of_kind(kind: Kind) -> list[str]:
-    """Return the rows of a type."""
+    """Return the rows of the table for a type."""
     last = kind.first + kind.count - 1
     array = [f"{kind.first}..{last} OF {kind.element}"] if kind.count else []
     starts = {one: f" := {value}" for one, value in kind.defaults.items()}
@@ -71,7 +71,7 @@ def of_kind(kind: Kind) -> list[str]:
 
 
 def text(table: Table, of: str) -> str:
-    """Return the table of a version as text for its file."""
+    """Return the table of a version as text of a file."""
     lines = [_HEAD.format(version=of)]
     for name, held in sorted(table.items()):
         rows = "".join(f"  {json.dumps(one)},\n" for one in held)
@@ -80,7 +80,7 @@ def text(table: Table, of: str) -> str:
 
 
 def read(file: Path) -> dict[str, list[str]]:
-    """Return the table in a file."""
+    """Read the table of a version from its file."""
     return load_toml(file)
 
 
@@ -90,7 +90,7 @@ def last(folder: Path = FOLDER) -> Path | None:
 
 
 def changes(before: Table, after: Table) -> list[str]:
-    """Return changed and removed rows as text. New rows are not changes."""
+    """Return changed and removed rows as text. New rows do not count."""
     found = []
     for name, held in before.items():
         if name not in after:
@@ -134,7 +134,7 @@ def is_major(before: str, after: str) -> bool:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Compare or write the table; return 1 if the version does not permit a change."""
+    """Compare or write the table. Return 1 if the version does not permit a change."""
     given = sys.argv[1:] if arguments is None else arguments
     released = last()
     if "--write" in given:

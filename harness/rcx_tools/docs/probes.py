@@ -21,7 +21,7 @@ The rules are those of [fidelity.md](../explanation/fidelity.md) that are assume
 
 
 def probes_page() -> str:
-    """Return the page as Markdown."""
+    """Return probes.md as Markdown."""
     return "\n".join(_lines()) + "\n"
 
 

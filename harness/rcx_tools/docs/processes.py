@@ -1,10 +1,10 @@
-"""Processes of the manual in a run of the cell, with the time of each step.
+"""The processes of the manual (such as servo on) in a run of the cell, with the time of each step.
 
 docs/explanation/charts/processes.toml lists the processes. The program and the stimulus of each
 process are in the same folder, and `rcx run` can also run them. The charts are always drawn from
 the trace of a run, not from the list.
 
-If a step of the list does not happen in its order, that is an error.
+If the steps do not happen in the order of the list, an error is raised.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ FOLDER = Path(__file__).resolve().parents[3] / "docs/explanation/charts"
 
 @dataclass(frozen=True)
 class _Surrounding:
-    """A signal that is not in the PLC's image: name, events and words for ON and OFF."""
+    """A signal outside of the process image: its name, and the events and words for ON and OFF."""
 
     name: str
     at_start: bool
@@ -88,7 +88,7 @@ _TO_ROBOT, _TO_PLC, _INSIDE = "PLC to controller", "Controller to PLC", "Inside 
 
 @dataclass(frozen=True)
 class Step:
-    """One numbered step: its edges, such as `("SI01", 1)`, and its description."""
+    """One step of a process: its edges, such as `("SI01", 1)`, and its description."""
 
     edges: tuple[tuple[str, int], ...]
     text: str
@@ -103,11 +103,11 @@ class Process:
         title: Title on the page.
         section: Section of the manual.
         blocks: The blocks that perform the process.
-        seen: The side whose signals the chart shows: PLC or controller.
+        seen: The side from which the chart shows the signals: PLC or controller.
         about: One or two sentences below the title.
         begin_us: Start of the chart, in the time of the run.
         end_us: End of the chart and of the run.
-        lanes: The signals to draw, each with its label; None means that the name is the label.
+        lanes: The signals to draw, each with its label. None means that the name is the label.
         steps: The steps in the manual's order.
     """
 
@@ -124,12 +124,12 @@ class Process:
 
     @property
     def program(self) -> Path:
-        """Return the path of its ST file."""
+        """Return the path of the ST file of the process."""
         return FOLDER / f"{self.name}.st"
 
     @property
     def stimulus(self) -> Path:
-        """Return the path of its stimulus."""
+        """Return the path of the stimulus of the process."""
         return FOLDER / f"{self.name}.toml"
 
 
@@ -144,7 +144,7 @@ class Track:
     value: Callable[[Any], int] = field(repr=False)
 
     def take(self, record: Record) -> None:
-        """Record a change."""
+        """Record the value of the lane from a record of the run."""
         if self.source is not None and isinstance(record, self.source):
             self.lane.note(record.t_us, self.value(record))
 
@@ -159,13 +159,13 @@ class Track:
         return f"{code[0] if code else self.lane.name} {'ON' if value else 'OFF'}{inside}"
 
     def when(self, value: int, since_us: int) -> int | None:
-        """Return the time of the first change to `value` from `since_us` on, or None."""
+        """Return the time of the first change to `value` at or after `since_us`, or None."""
         return next((t for t, new in self.lane.changes if t >= since_us and new == value), None)
 
 
 @dataclass(frozen=True)
 class TimedStep:
-    """A step with its actual times.
+    """A step of a process with its times in a run.
 
     Attributes:
         number: Number of the step, from 1.
@@ -173,8 +173,8 @@ class TimedStep:
         text: Description of the step.
         edges: Each signal with the time of its change.
         t_us: Time of the last edge.
-        at: Time in ms since the first step; two times if the edges come at different times.
-        since_last: Time in ms since the previous step; empty for the first step.
+        at: Time in ms since the first step. Two times if the edges come at different times.
+        since_last: Time in ms since the previous step. Empty for the first step.
     """
 
     number: int
@@ -195,7 +195,7 @@ class ProcessChart:
         tracks: The lanes, in the order of the list.
         steps: The steps with their times.
         inputs: Times at which the PLC changed dedicated inputs, within the chart.
-        timing: Description of the periods and of the pacing.
+        timing: Description of scan time, packet interval, and interval between inputs.
     """
 
     process: Process
@@ -244,8 +244,8 @@ def run_process(process: Process, *, engine: str = "auto") -> ProcessChart:
     """Run a process in the cell and find its steps.
 
     Raises:
-        InputError: a step does not happen in its order, a rule is broken, or a dedicated
-            input changes that the chart does not show.
+        InputError: the steps do not happen in their order, a rule is broken, or a dedicated input
+            changes that the chart does not show.
     """
     tracks = [_track(signal, label) for signal, label in process.lanes]
     watch = [track.signal for track in tracks if track.group == _PROGRAM]
@@ -275,7 +275,7 @@ def run_process(process: Process, *, engine: str = "auto") -> ProcessChart:
 
 
 def _find_steps(process: Process, tracks: Sequence[Track]) -> tuple[TimedStep, ...]:
-    """Return for each step its first occurrence after the previous step."""
+    """Find each step in the run: its first occurrence after the previous step."""
     by_signal = {track.signal: track for track in tracks}
     found: list[TimedStep] = []
     zero = 0
@@ -316,7 +316,7 @@ def _edge(text: str) -> tuple[str, int]:
 
 
 def _track(signal: str, label: str | None) -> Track:
-    """Return the lane for a name in the list.
+    """Return the lane for a name in processes.toml.
 
     Names are `SI01` and `SO02` as the PLC writes and reads them, `rcx.SI01` as the controller reads
     it, `n+0` and `m+2` for words, `Main.X` for a BOOL, and the signals of the surroundings.
@@ -350,7 +350,7 @@ def _track(signal: str, label: str | None) -> Track:
 
 
 def _follow_events(track: Track, stimulus: Stimulus) -> None:
-    """Record the changes of the robot's surroundings, as the stimulus defines them."""
+    """Record the changes of the robot's surroundings that the stimulus defines."""
     if track.signal not in _SURROUNDINGS:
         return
     one = _SURROUNDINGS[track.signal]

@@ -30,7 +30,7 @@ _STYLE = (
 
 
 class _Page:
-    """The elements of a picture, and the height used so far."""
+    """The SVG elements of a picture, and the height that they use."""
 
     def __init__(self, chart: ProcessChart) -> None:
         self.chart = chart
@@ -48,7 +48,7 @@ class _Page:
         self.body: list[str] = []
 
     def text(self, x: float, y: float, words: str, kind: str = "") -> None:
-        """Add a line of text."""
+        """Add a line of text to the picture."""
         self.body.append(text(x, y, words, kind))
 
     def x(self, t_us: int) -> int:
@@ -56,7 +56,7 @@ class _Page:
         return self.axis.xs[self.instants.index(t_us)]
 
     def badge(self, x: float, y: float, number: int) -> None:
-        """Add the number of a step."""
+        """Add the number of a step in a circle."""
         self.body.append(f'<circle cx="{x:g}" cy="{y:g}" r="9" fill="#333"/>')
         self.text(x, y + 4, str(number), "n")
 
@@ -88,7 +88,7 @@ def process_svg(chart: ProcessChart) -> str:
 
 
 def _times(page: _Page) -> None:
-    """Draw the times of the changes, and the durations between changes."""
+    """Draw the times of all changes, and the durations between two changes."""
     page.text(12, page.top + 14, "time [ms]", "q")
     for k, label in enumerate(page.labels):
         page.text(page.axis.xs[k], page.top + 14, label, "t")

@@ -1,4 +1,4 @@
-"""Generator of robot-language.md: the statements of robot programs, with the source of each."""
+"""Generator of robot-language.md: the statements of robot programs, each with its source."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ language.
 
 
 def robot_language_page() -> str:
-    """Return the page."""
+    """Return robot-language.md as Markdown."""
     return "\n".join([_HEAD, *_statements(), _MOVEMENT, _options(), _functions(), _TIMES])
 
 

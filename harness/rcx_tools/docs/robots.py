@@ -125,7 +125,7 @@ and the rows after it, shows which of these figures are public and which are ass
 
 
 def robots_page() -> str:
-    """Return the page as Markdown."""
+    """Return robots.md as Markdown."""
     return "\n".join([_HEAD, *_lines()]) + "\n"
 
 

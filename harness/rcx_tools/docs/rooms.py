@@ -12,12 +12,12 @@ __all__ = ["PLANS", "against", "arrows", "drawn", "rooms", "rooms_svg"]
 
 _HARNESS = Path(__file__).resolve().parents[2]
 
-#: The rows of a plan, each with its rooms and their columns.
+#: The rows of a plan. Each row has rooms (folders or modules) and their columns.
 Plan: TypeAlias = tuple[Mapping[str, float], ...]
 
-#: The plans of the packages. A room may import rooms in lower rows, or rooms in its own row that
-#: are further right. Any room may import a room of the last row. All rooms of rcx_harness may
-#: import structured_text.
+#: The plans of the packages. A room (folder or module) may import rooms in lower rows, and rooms
+#: further to the right in its own row. Every room may import a room of the last row. All rooms of
+#: rcx_harness may import structured_text.
 PLANS: Mapping[str, Plan] = {
     "rcx_harness": (
         {"cli": 2.3},
@@ -52,7 +52,7 @@ def rooms(package: str) -> set[str]:
 
 @cache
 def arrows(package: str) -> dict[str, set[str]]:
-    """Return for each room the rooms of the same package that it imports, also for types only."""
+    """Map each room to the rooms of the same package that it imports, even if only for types."""
     found: dict[str, set[str]] = {name: set() for name in rooms(package)}
     for file in (_HARNESS / package).rglob("*.py"):
         here = file.relative_to(_HARNESS / package).parts[0].removesuffix(".py")
@@ -92,9 +92,9 @@ def drawn(every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
 
 
 def against(plan: Plan, every: Mapping[str, Iterable[str]]) -> list[tuple[str, str]]:
-    """Return the arrows that a plan forbids: they go up, or to the left.
+    """Return the imports that a plan forbids: their arrows go up or to the left.
 
-    If there are none, the imports are acyclic.
+    If there are no such imports, the imports are acyclic.
 
     Raises:
         KeyError: a room has no place in the plan.

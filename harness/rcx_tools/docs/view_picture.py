@@ -29,7 +29,7 @@ PICTURE = _ROOT / "docs/how-to/view.png"
 _SIZE = (1280, 900)
 _KEY = b"Page"
 _SIGNATURE = b"\x89PNG\r\n\x1a\n"
-#: Script that shows the arm between feeder and tray: a section of the run, and the cursor.
+#: Script that selects a section of the run and sets the cursor: the arm is between feeder and tray.
 _SHOWN = """
 document.dispatchEvent(new KeyboardEvent("keydown", { key: "0" }));
 const plot = document.getElementById("plot");
@@ -46,7 +46,7 @@ _AT = 0.68
 
 
 def page() -> str:
-    """Return the page of the picture as HTML."""
+    """Return the page for the picture as HTML."""
     given = {"engine": "builtin", "watch": "Main.Carry.Stage,Main.Cycle.Count", "positions": "mm"}
     with Cell.build(_EXAMPLE, robot=_ROOT / "docs/how-to/view.toml", scan="10ms", **given) as cell:  # type: ignore[arg-type]
         Stimulus.load(_EXAMPLE / "stimulus.toml").schedule(cell)
@@ -66,7 +66,7 @@ def digest(html: str) -> str:
 
 
 def digest_in(picture: bytes) -> str:
-    """Return the digest in a picture, or an empty text if it contains none."""
+    """Return the digest in a picture. If there is none, return an empty text."""
     at = len(_SIGNATURE)
     while at < len(picture):
         (length,) = struct.unpack_from(">I", picture, at)

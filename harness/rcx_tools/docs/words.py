@@ -31,7 +31,7 @@ _LISTS = {
 
 
 def words_page() -> Iterator[str]:
-    """Yield the lines of the page."""
+    """Yield the lines of the page about the Structured Text of each tool."""
     yield _ABOUT
     for name, title in _LISTS.items():
         yield f"\n## {title}\n"

@@ -27,7 +27,7 @@ BUGS = ROOT / "tests" / "tools" / "evidence" / "bugs"
 
 @dataclass(frozen=True)
 class Bug:
-    """One row of a table: `old` must occur exactly once in `file` and is replaced by `new`."""
+    """One row of a table of bugs: `new` replaces `old`, which must occur exactly once in `file`."""
 
     name: str
     file: str
@@ -60,7 +60,7 @@ _Bug = TypeVar("_Bug", bound=Bug)
 
 
 def bugs(files: Iterable[Path], kind: type[_Bug]) -> list[_Bug]:
-    """Read the rows of tables.
+    """Read the bugs in tables.
 
     Args:
         files: The tables.

@@ -1,4 +1,4 @@
-"""The checks in the order of the page, each with its text, figures and inputs."""
+"""The checks of verification.md, in their order, each with its text, figures and inputs."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["CHECKS", "Check", "Row", "Table", "digest", "library_state"]
 
 Figures = Mapping[str, Any]
-#: A row of the page: a label, and a function that formats the figure.
+#: A row of verification.md: a label, and a function that formats the figure.
 Row = tuple[str, Callable[[Figures], str]]
-#: A table of the page: a function that makes headings and rows from the figures.
+#: A table of verification.md: a function that makes headings and rows from the figures.
 Table = Callable[[Figures], tuple[list[str], list[list[str]]]]
 
-#: The library, its tables, and the code that compiles and runs it.
+#: Inputs of every check: the library, its tables, and the code that compiles and runs the library.
 _BASE = (
     "plc/lib",
     "spec",
@@ -41,11 +41,11 @@ class Check:
     Attributes:
         name: Name as in `make NAME` and out/verification/NAME.json.
         title: Title for people.
-        kind: `proved` if every case of a stated model was checked, otherwise `tested`.
+        kind: `proved` if every case of a given model was checked, otherwise `tested`.
         about: Meaning of the figures, and their limits.
-        rows: Figures that the page shows.
+        rows: Figures of the check on the page.
         inputs: Files and folders that the check depends on, in addition to the library and the code
-            that runs it. A name without ending stands for all files that begin with it.
+            that runs it. A name without ending means all files that begin with this name.
         tables: Additional tables of the page.
     """
 
@@ -84,7 +84,7 @@ def _files(root: Path, names: tuple[str, ...]) -> Iterator[Path]:
 
 
 def digest(names: tuple[str, ...], root: Path = ROOT) -> str:
-    """Return a digest of some files and folders: 12 hexadecimal digits from names and contents."""
+    """Return a digest of names and contents of files and folders: 12 hexadecimal digits."""
     state = hashlib.sha256()
     for file in sorted(set(_files(root, names))):
         state.update(file.relative_to(root).as_posix().encode() + b"\0")
@@ -196,7 +196,7 @@ def _of_seeded(key: str) -> Callable[[Figures], str]:
 
 
 def _agreement(figures: Figures) -> str:
-    """Return as text in how many scans formulas and engines agree."""
+    """Return a text about the number of scans in which formulas and engines agree."""
     if "agreement" not in figures:
         return "not run"
     one = figures["agreement"]
@@ -208,7 +208,7 @@ def _agreement(figures: Figures) -> str:
 def _properties(figures: Figures) -> tuple[list[str], list[list[str]]]:
     """Return the table of the proved properties.
 
-    The assumptions of a property include those of the properties that it uses.
+    The assumptions of a property include the assumptions of the properties that it uses.
     """
     heads = ["Property", "What is proved", "Manual", "Assumes", "Uses", "Goals", "Solver [s]"]
     return heads, [

@@ -1,8 +1,8 @@
-"""Command `python -m rcx_tools.evidence.contract`: the contract of every block, case by case.
+"""Command `python -m rcx_tools.evidence.contract`: tests of the PLCopen rules on every block.
 
 The command runs tests/contract (every block on a bench without a robot) and tests/faults (every
-kind of block on the virtual controller). It counts their cases: block x Execute pattern x answer x
-moment. Further arguments are passed to pytest. `--every-case` runs all cases.
+kind of block on the virtual controller). It counts the test cases: block x Execute pattern x answer
+x moment. Further arguments are passed to pytest. `--every-case` runs all cases.
 """
 
 from __future__ import annotations
@@ -62,7 +62,7 @@ _OF = (_on_the_bench, _on_the_controller)
 
 
 def _is_broken(test: ElementTree.Element) -> bool:
-    """Return whether a test shows that the checks find a deliberately broken block."""
+    """Return whether a test checks that a deliberately broken block is detected."""
     return _name(test).startswith(("test_a_broken_block", "test_a_fault_in_the_library"))
 
 

@@ -14,7 +14,7 @@ from rcx_tools.evidence.results import ROOT
 
 __all__ = ["KEPT", "is_met", "verification_page"]
 
-#: File with the figures of the page.
+#: Name of the file with the figures of the page.
 KEPT = ROOT / "docs/explanation/verification.json"
 
 _HEAD = """\
@@ -57,7 +57,7 @@ _OTHERS = {"public": "from public sources", "measured": "measured at a real cont
 
 
 def verification_page(kept: Path = KEPT) -> str:
-    """Return the page as Markdown. Checks that have not been run are marked."""
+    """Return verification.md as Markdown. Checks that have not been run are marked."""
     figures: Mapping[str, Any] = {"library": "", "checks": {}}
     if kept.is_file():
         figures = json.loads(kept.read_text(encoding="utf-8"))
@@ -88,7 +88,7 @@ def _lines(figures: Mapping[str, Any]) -> Iterator[str]:
 
 
 def _table(lines: Sequence[Sequence[str]]) -> Iterator[str]:
-    """Yield the rows of a Markdown table; the first line contains the headings."""
+    """Yield the lines of a Markdown table. The first line contains the headings."""
     heads, *others = lines
     yield f"\n| {' | '.join(heads)} |\n|{'---|' * len(heads)}"
     for line in others:

@@ -1,8 +1,8 @@
 """Command `python -m rcx_tools.evidence.report`: run or reuse every check, and write the page.
 
-A result is reused if the check was met and its sources have not changed since. The command writes
-out/verification.json (every figure), docs/explanation/verification.json (the figures of the page)
-and docs/explanation/verification.md.
+A result is reused if the check was met and its sources have not changed since then. The command
+writes out/verification.json (every figure), docs/explanation/verification.json (the figures of the
+page) and docs/explanation/verification.md.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from structured_text.errors import InputError
 
 __all__ = ["is_current", "kept_figures", "main", "result_of", "stale", "stamped_run", "update"]
 
-#: Folder of the page and of its figures.
+#: Folder of verification.md and verification.json.
 DOCS = ROOT / "docs/explanation"
 
 Run = Callable[[Check, Sequence[str]], int]
@@ -40,7 +40,10 @@ def _run(check: Check, arguments: Sequence[str]) -> int:
 
 
 def result_of(check: Check, folder: Path) -> dict[str, Any] | None:
-    """Return the last result of a check, even if its sources have changed since, or None."""
+    """Return the last result of a check, even if its sources have changed.
+
+    Without a result return None.
+    """
     file = folder / f"{check.name}.json"
     if not file.is_file():
         return None
@@ -51,9 +54,8 @@ def result_of(check: Check, folder: Path) -> dict[str, Any] | None:
 def stamped_run(check: Check, arguments: Sequence[str], folder: Path, run: Run) -> int:
     """Run a check, and record the state of its sources.
 
-    In three cases the state is not recorded, so that the check runs again: the sources have changed
-    during the run, the check has left no new result, or its arguments may have limited the run to a
-    part.
+    The state is not recorded if the sources have changed during the run, if the check has left no
+    new result, or if its arguments may have limited the run. The check then runs again next time.
     """
     stamp = folder / f"{check.name}.state"
     stamp.unlink(missing_ok=True)
@@ -69,13 +71,13 @@ def stamped_run(check: Check, arguments: Sequence[str], folder: Path, run: Run) 
 
 
 def _written(check: Check, folder: Path) -> int:
-    """Return the time at which the result was written; 0 if there is none."""
+    """Return the time at which the result of a check was written. Without a result return 0."""
     file = folder / f"{check.name}.json"
     return file.stat().st_mtime_ns if file.is_file() else 0
 
 
 def is_current(check: Check, folder: Path) -> bool:
-    """Return whether there is a result for the present sources in which the check is met."""
+    """Return whether the check was met with the present sources."""
     stamp, result = folder / f"{check.name}.state", result_of(check, folder)
     if result is None or not result["met"] or not stamp.is_file():
         return False
@@ -84,7 +86,7 @@ def is_current(check: Check, folder: Path) -> bool:
 
 
 def kept_figures(results: dict[str, dict[str, Any]]) -> dict[str, Any]:
-    """Return the figures of the page.
+    """Return the figures for verification.md.
 
     Raises:
         InputError: a check does not give a figure that the page shows.
@@ -122,7 +124,7 @@ def _rows(check: Check, figures: dict[str, Any]) -> list[list[str]]:
 
 
 def stale(kept: Path) -> str:
-    """Return why the page needs `make verification` before a release, or an empty text."""
+    """Return the reason why `make verification` must run before a release, or an empty text."""
     if not kept.is_file():
         return "there are no figures yet"
     figures = json.loads(kept.read_text(encoding="utf-8"))
@@ -133,7 +135,7 @@ def stale(kept: Path) -> str:
 
 
 def update(folder: Path, docs: Path) -> bool:
-    """Write page and figures from existing results; return whether all checks are met."""
+    """Write page and figures from existing results. Return whether all checks are met."""
     found = {check.name: result_of(check, folder) for check in CHECKS}
     results = {name: result for name, result in found.items() if result is not None}
     for name in results:
@@ -169,7 +171,7 @@ def _options(arguments: Sequence[str] | None) -> tuple[Namespace, list[str]]:
 
 
 def main(arguments: Sequence[str] | None = None, run: Run = _run) -> int:
-    """Run or reuse the checks; return 0 if every check is met, 130 after Ctrl-C."""
+    """Run or reuse the checks. Return 0 if every check is met, 1 if not, 130 after Ctrl-C."""
     options, rest = _options(arguments)
     try:
         return _main(options, rest, run)

@@ -17,7 +17,7 @@ __all__ = ["run_pytest"]
 
 _PERCENT = re.compile(r"\[ *(\d+)%\]")
 _LAST_LINES = 60
-#: Steps of the progress messages on an output that is not a terminal [%].
+#: Step of the progress messages if the output is not a terminal [%].
 _STEP = 20
 
 
@@ -29,7 +29,7 @@ def run_pytest(
     workers: str = "auto",
     environment: Mapping[str, str] | None = None,
 ) -> tuple[int, list[str]]:
-    """Run tests; return the exit code and the last lines of pytest's output."""
+    """Run tests. Return the exit code and the last lines of pytest's output."""
     command = [sys.executable, "-m", "pytest", "-q", "--color=no", "-n", workers]
     command += ["--dist", "worksteal", *arguments]
     last: deque[str] = deque(maxlen=_LAST_LINES)

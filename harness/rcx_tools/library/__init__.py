@@ -1,4 +1,4 @@
-"""Generators of files in plc/lib: the command blocks and their types, from the tables in spec/."""
+"""Generators of the files in plc/lib that are made from the tables in spec/."""
 
 from rcx_tools.library.render import files
 from rcx_tools.library.tables import CATEGORIES, Block, Library, library

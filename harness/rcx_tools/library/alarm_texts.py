@@ -22,14 +22,14 @@ from structured_text.output.toml_files import load_toml
 
 __all__ = ["LANGUAGES", "literal", "text_files", "wrapped"]
 
-#: Suffix of the keys in spec/ for each language.
+#: Maps each language to the suffix of its keys in spec/.
 LANGUAGES = {"English": "", "Japanese": "_ja"}
 
 _WIDTH, _LINES = 80, 2
-#: Parts of a text between which a line may break: ASCII without spaces, or one other character
+#: Pattern of text parts between which a line may break: ASCII without spaces, or another character
 #: together with its closing punctuation.
 _PIECE = re.compile("[!-~]+|[^ -~][、。\N{FULLWIDTH RIGHT PARENTHESIS}]*| ")
-#: Subject of the errors of each block, and range of the error numbers.
+#: The range of the error numbers in each block of texts, and the subject of these errors.
 _ERROR_BLOCKS = {
     "ErrorText": ("errors of states and answers", range(0x8000, 0x8021)),
     "InputErrorText": ("errors of inputs and tables", range(0x8021, 0x8058)),
@@ -88,10 +88,10 @@ def wrapped(text: str) -> list[str]:
 
 
 def literal(text: str) -> str:
-    """Return a STRING literal: bytes of UTF-8, those beyond ASCII as escapes.
+    """Return a text as STRING literal in UTF-8. Bytes beyond ASCII are written as escapes.
 
-    If a digit or a letter from A to F follows an escape, it is also escaped. A C compiler would
-    otherwise read it as a part of the escape.
+    If a digit or a letter from A to F follows an escape, this character is also escaped. A C
+    compiler would otherwise read the character as a part of the escape.
     """
     made, escaped = [], False
     for byte in text.encode():
@@ -214,7 +214,7 @@ def _signal_names() -> str:
 
 
 def _cases(of: str, name: str, rows: Sequence[tuple[str, str, str]]) -> list[str]:
-    """Return a CASE that assigns a name to each number (with a comment), and '' to all others."""
+    """Return a CASE that assigns a name to each number, and '' to all other numbers."""
     texts = [f"  {number}: {name} := {literal(text)};" for number, text, _ in rows]
     width = max(map(len, texts)) + 2
     lines = [f"{text:<{width}}(* {row[2]} *)" for text, row in zip(texts, rows, strict=True)]
@@ -236,7 +236,7 @@ def _function(name: str, about: Sequence[str], inputs: Sequence[str], body: Sequ
 
 
 def _named_commands() -> list[tuple[int, spec.Command]]:
-    """Return all commands except the status reset, which no block sends as a command."""
+    """Return all commands except the status reset. No block sends the status reset as a command."""
     return [(code, one) for code, one in sorted(spec.commands().items()) if code]
 
 

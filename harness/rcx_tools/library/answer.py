@@ -17,7 +17,7 @@ _EMPTY = {"BOOL": "FALSE", "WORD": "WORD#16#0000", "REAL": "0.0", "STRING": "''"
 
 
 def answer(block: Block, tables: Library) -> list[str]:
-    """Return the statements at the end of the work: they clear the outputs and then fill them."""
+    """Return the statements that clear the outputs of a block and fill them from the response."""
     if not block.outputs:
         return []
     lines = _cleared(block, tables)
@@ -54,7 +54,7 @@ def _cleared(block: Block, tables: Library) -> list[str]:
 def _shared_loop(block: Block, tables: Library, pins: Sequence[Output]) -> list[str]:
     """Return a loop that fills several arrays from the same 32-bit fields.
 
-    Each array is filled under its own condition.
+    Every array is filled under a separate condition.
     """
     part = block.responses[pins[0].source]
     body: list[str] = []
@@ -68,7 +68,7 @@ def _shared_loop(block: Block, tables: Library, pins: Sequence[Output]) -> list[
 def _holds(block: Block, when: When) -> str:
     """Return the condition that a field has a value.
 
-    The field is in the response or, if the response does not have it, in the request that was sent.
+    The field is part of the response. If it is not, the field of the request is used.
     """
     name, low, high = when
     if name in block.responses:
@@ -140,7 +140,7 @@ def _scalar(
 
 
 def _double_word(before: str, low: str, high: str, behind: str) -> list[str]:
-    """Return a statement that contains the 32-bit number in two words of the response."""
+    """Return a statement with the 32-bit number from two words of the response."""
     call = f"{before}FC_RcxDoubleWord("
     rest = f"HighWord := Robot.Response[{high}]){behind}"
     room = len(call) if len(call) + len(rest) + _DEEPEST <= WIDTH else 4
@@ -148,7 +148,7 @@ def _double_word(before: str, low: str, high: str, behind: str) -> list[str]:
 
 
 def _members(enumeration: Enumeration, name: str, number: str) -> list[str]:
-    """Return a CASE that assigns the member for a number.
+    """Return a CASE that assigns the member of an enumeration for a number.
 
     The first member is assigned before the CASE.
     """

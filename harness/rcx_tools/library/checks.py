@@ -1,4 +1,4 @@
-"""Generator of a block's input checks: values that do not fit a telegram, or forbidden ones."""
+"""Generator of the input checks of a block: values that do not fit a telegram, or are illegal."""
 
 from __future__ import annotations
 
@@ -18,12 +18,11 @@ Limits = tuple[int, ...]
 
 _ROBOT, _VALUE, _TEXT, _REAL = "16#8040", "16#8045", "16#8046", "16#8047"
 
-#: Limit up to which every multiple of 0.001 mm has its own REAL, and the product returns the
-#: multiple exactly. From 8192 mm on the steps of a REAL are so wide that a telegram may be wrong by
-#: 0.001 mm.
+#: Limit up to which every multiple of 0.001 mm is sent exactly. From 8192 mm on, the steps between
+#: two REALs are so large that the number in a telegram may be wrong by 0.001 mm.
 _EXACT = 8_191_999
 _PRINTABLE = (0x20, 0x7E)
-#: Largest REAL, written with all digits, because some PLCs compare a REAL with the exact number.
+#: The largest REAL. All digits are written, because some PLCs compare a REAL with the exact number.
 _LARGEST = "3.4028234663852886E38"
 _TYPES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31), 2**31 - 1)}
 
@@ -31,11 +30,12 @@ _TYPES = {"INT": (-(2**15), 2**15 - 1), "UINT": (0, 2**16 - 1), "DINT": (-(2**31
 def checks(block: Block, tables: Library, sent: Sequence[str]) -> list[str]:
     """Return the statements that give the job the error of the first wrong pin.
 
-    Checks of arrays are loops after the others. They need an additional variable, Refused.
+    Arrays are checked in loops after the other checks. The loops need an additional variable,
+    Refused.
 
     Args:
         block: The block.
-        tables: The library.
+        tables: The tables of all blocks and types.
         sent: Statements to execute if no pin is wrong.
     """
     # Scalars become one IF with ELSIF branches, in the order of the pins: the first wrong pin
@@ -123,7 +123,7 @@ def _wrong(
 def _limits(
     conditions: Conditions, pin: Input, part: Field
 ) -> Iterator[tuple[str, tuple[int, ...], float]]:
-    """Yield (guard, limits or empty, scale) of the field that a pin fills."""
+    """Yield guard, limits (may be empty) and scale of the field that a pin fills."""
     counts = conditions.counts(pin)
     if pin.range:
         yield counts, pin.range, pin.scale
@@ -185,15 +185,15 @@ def _limit(value: int, outward: int, scale: float) -> str:
 
 
 def _beyond(name: str, low: str, high: str) -> str:
-    """Return the condition that a REAL is not from `low` to `high`; it also holds for NaN.
+    """Return the condition that a REAL is not from `low` to `high`. It also holds for NaN.
 
-    The comparison is a call of FC_RcxOutside, because that also detects NaN.
+    The comparison is a call of FC_RcxOutside, which also detects NaN.
     """
     return f"FC_RcxOutside(Value := {name}, Lowest := {low}, Highest := {high})"
 
 
 def _pairs(pin: Input, part: Field, limits: Sequence[int]) -> list[Pair]:
-    """Return the legal intervals of a pin that is a whole number."""
+    """Return the intervals of legal values for a pin that is a whole number."""
     if pin.encoding == "bit" and not pin.range:
         lowest, highest = (limits[0], limits[-1]) if limits else (0, part.mask >> part.bits[0])
         return [(1 if lowest else 0, highest.bit_length())]

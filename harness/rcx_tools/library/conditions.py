@@ -28,7 +28,7 @@ def either(*conditions: str) -> str:
 
 
 class Conditions:
-    """Conditions on the pins of a block."""
+    """Generator of conditions on the pins of a block."""
 
     def __init__(self, block: Block, enumerations: Mapping[str, Enumeration]) -> None:
         self._block = block
@@ -47,14 +47,14 @@ class Conditions:
         return both(self.among(part.by, tuple(part.ranges)), condition)
 
     def among(self, name: str, values: tuple[int, ...]) -> str:
-        """Return the condition that a field has one of these values; empty if it always has."""
+        """Return the condition that a field has one of these values. Empty if it is always true."""
         pin = self._filler(name)
         if pin and pin.type in self._enumerations and len(pin.to) == 1:
             return self._member(pin, set(values))
         return either(*(self.holds(name, value, value) for value in values))
 
     def holds(self, name: str, low: int, high: int) -> str:
-        """Return the condition that a field is from `low` to `high`; empty if it always is."""
+        """Return the condition that a field is from `low` to `high`. Empty if it is always true."""
         if self._block.requests[name].fixed is not None:
             return ""
         pin = self._filler(name)
@@ -87,7 +87,7 @@ class Conditions:
     def _member(self, pin: Input, values: set[int]) -> str:
         """Return the condition that the pin is a member with one of these values.
 
-        The shorter form is chosen: a list of these members, or a list of all others.
+        The shorter form is chosen: a list of these members, or a list of all other members.
         """
         members = self._enumerations[pin.type].members
         inside = [one.name for one in members if one.value in values]

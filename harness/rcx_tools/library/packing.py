@@ -10,7 +10,7 @@ from rcx_tools.library.tables import Block, Input, Library
 
 __all__ = ["packing"]
 
-#: From this number of words on, a loop clears the words.
+#: If a block has at least this number of words to clear, a loop clears them.
 _MANY = 5
 
 
@@ -53,7 +53,7 @@ def _clear(block: Block, body: list[str]) -> list[str]:
 def _pin(
     conditions: Conditions, block: Block, tables: Library, pin: Input
 ) -> list[tuple[str, list[str]]]:
-    """Return (condition, statements) of one pin."""
+    """Return the condition and the statements of one pin."""
     if len(pin.to) > 1:
         members = tables.enumerations[pin.type].members[1:]
         flags = [block.requests[name] for name in pin.to]

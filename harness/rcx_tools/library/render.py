@@ -19,11 +19,11 @@ __all__ = ["files"]
 _FROM = "Generated from spec/blocks.toml and spec/remote_commands.toml by `make docs`."
 _TESTS = "tests/command/test_command_blocks.py"
 
-#: Longest type whose line still shares the column of comments.
+#: Greatest length of a type. After a longer type the comment is not in the common column.
 _KIND = 24
 
-#: While Execute is TRUE, Busy, Done or Error is TRUE as well. This early return therefore never
-#: skips a call that has to detect the falling edge.
+#: While Execute is TRUE, Busy, Done or Error is TRUE, too. This early return therefore never skips
+#: a call that has to detect the falling edge.
 _IDLE = ["IF NOT (Execute OR Busy OR Done OR Error) THEN", "  RETURN;", "END_IF;"]
 
 _SHOWN = [
@@ -39,7 +39,7 @@ _SHOWN = [
     "                                 Response := Robot.Response[2]);",
 ]
 
-#: A declaration: name, type with default, comment.
+#: A declaration: name, type with default value, comment.
 _Row = tuple[str, str, str]
 
 
@@ -129,9 +129,9 @@ def _block(block: Block, tables: Library) -> str:
 
 
 def _code(block: Block, tables: Library) -> list[str]:
-    """Return the statements for the code.
+    """Return the statements that set the command code.
 
-    The code contains the robot number. The job shows it while it has the turn.
+    The code contains the robot number. The job shows the code while it has the turn.
     """
     robot = " OR SHL(INT_TO_WORD(RobotNumber), 12)" if block.commands[0].robot else ""
     if block.select is None:
@@ -191,7 +191,7 @@ def _declared(rows: Sequence[_Row]) -> list[str]:
         text = f"    {name:<{width}} : {kind};"
         if comment:
             remark = f"(* {comment} *)"
-            begin = min(column, WIDTH - len(remark))  # long comments begin further left
+            begin = min(column, WIDTH - len(remark))  # a long comment begins further to the left
             text = f"{text:<{begin - 2}}  {remark}"
         lines.append(text)
     return lines

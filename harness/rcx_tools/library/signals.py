@@ -1,6 +1,6 @@
 """Generator of the lines in plc/lib that split or join a word of dedicated bits.
 
-The lines are between two comments in blocks that are otherwise handwritten.
+The blocks are handwritten, except the lines between two comments.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ END = "  (* End of the generated lines. *)\n"
 
 
 def signal_files() -> dict[str, Callable[[], str]]:
-    """Return the generators of the files with such lines, by the path in the repository."""
+    """Return the generators of the files with generated lines, by the path in the repository."""
     signals = spec.signals()
     lines = {
         "plc/lib/core/FB_RcxTakeHead.st": _apart("SO", "Shown", signals.output),
@@ -56,7 +56,7 @@ def _together(side: str, target: str, signals: Iterable[Signal]) -> Iterator[str
 
 
 def _written(path: str, lines: Iterable[str]) -> str:
-    """Return the text of a file with these lines between the two comments.
+    """Return the text of a file with new lines between the two comments.
 
     Raises:
         InputError: the comments are missing, repeated or not in this order.

@@ -17,12 +17,12 @@ _ERROR = re.compile(r"\bWORD#16#(80[0-9A-F]{2})\b")
 
 
 def word(value: int) -> str:
-    """Return a WORD literal."""
+    """Return a number as WORD literal of Structured Text."""
     return f"WORD#16#{value:04X}"
 
 
 def real(value: float) -> str:
-    """Return a REAL literal."""
+    """Return a number as REAL literal of Structured Text."""
     return repr(float(value))
 
 
@@ -33,18 +33,18 @@ def _errors() -> dict[str, str]:
 
 
 def named(line: str) -> str:
-    """Return a line with a comment that contains the names of its ErrorIDs."""
+    """Return a line of ST with a comment that contains the names of its ErrorIDs."""
     found = [_errors()[one] for one in _ERROR.findall(line) if one in _errors()]
     return f"{line} (* {', '.join(found)} *)" if found else line
 
 
 def indent(lines: Iterable[str], by: int = 1) -> list[str]:
-    """Return the lines, indented."""
+    """Return the lines with two more spaces of indentation."""
     return [f"{'  ' * by}{line}" for line in lines]
 
 
 def statement(text: str, at: int = 0) -> list[str]:
-    """Return a statement as lines, broken before AND and OR, otherwise after commas.
+    """Return a statement as lines. They are broken before AND and OR, otherwise after commas.
 
     Args:
         text: The statement as one line.
@@ -63,7 +63,10 @@ def statement(text: str, at: int = 0) -> list[str]:
 
 
 def guarded(condition: str, lines: Sequence[str], at: int = 0) -> list[str]:
-    """Return the lines inside of IF condition THEN, or only the lines if the condition is empty."""
+    """Return the lines inside of `IF condition THEN`.
+
+    If the condition is empty, return only the lines.
+    """
     if not condition:
         return list(lines)
     return [*statement(f"IF {condition} THEN", at), *indent(lines), "END_IF;"]
@@ -75,7 +78,7 @@ def loop(count: int, lines: Sequence[str]) -> list[str]:
 
 
 def case(selector: str, branches: Sequence[tuple[str, str]], comment: str = "") -> list[str]:
-    """Return a CASE with one statement in each branch; an IF for a single branch.
+    """Return a CASE with one statement in each branch. For a single branch return an IF.
 
     Args:
         selector: The expression that is compared.

@@ -25,7 +25,7 @@ __all__ = [
     "library",
 ]
 
-#: The guide's categories of remote commands: folder of the blocks, and title.
+#: Maps each category of remote commands in the guide to the folder of its blocks and to its title.
 CATEGORIES = {
     1: ("movement", "movement"),
     2: ("definition", "definition and reference"),
@@ -37,7 +37,7 @@ CATEGORIES = {
     8: ("realtime", "real time output"),
 }
 
-#: A field with the lowest and highest value for which a pin is used.
+#: A condition: the name of a field, with the lowest and highest value for which a pin is used.
 When = tuple[str, int, int]
 
 
@@ -52,7 +52,7 @@ class Member:
 
 @dataclass(frozen=True)
 class Enumeration:
-    """An enumerated type."""
+    """An enumerated type in spec/blocks.toml."""
 
     name: str
     does: str
@@ -73,7 +73,7 @@ class Array:
 
 @dataclass(frozen=True)
 class Input:
-    """An input pin; the head of blocks.toml explains the keys."""
+    """An input pin. The head of spec/blocks.toml explains the keys."""
 
     pin: str
     type: str
@@ -92,7 +92,7 @@ class Input:
 
 @dataclass(frozen=True)
 class Output:
-    """An output pin; the head of blocks.toml explains the keys."""
+    """An output pin. The head of spec/blocks.toml explains the keys."""
 
     pin: str
     type: str
@@ -107,10 +107,10 @@ class Output:
 class Block:
     """A command block.
 
-    If it has several commands, member k of the type of pin `select` chooses command k. `zero`:
-    fields of the request that stay 0, because another block of the same command uses them. `only`:
-    the values of a field that the block sends. `echo`: fields of the response that are not shown
-    because they repeat the request.
+    If the block has several commands, member k of the type of pin `select` chooses command k.
+    `zero` has fields of the request that stay 0, because another block of the same command uses
+    them. `only` has the values of a field that the block sends. `echo` has fields of the response
+    that are not shown, because they repeat the request.
     """
 
     name: str
@@ -131,14 +131,14 @@ class Block:
     def file(self) -> str:
         """Return the path of the block in the repository.
 
-        The folder is that of the block's category.
+        The folder belongs to the category of the block.
         """
         folder, _ = CATEGORIES[self.commands[0].category]
         return f"plc/lib/command/{folder}/{self.name}.st"
 
     @property
     def requests(self) -> Mapping[str, Field]:
-        """Return the request fields by name, limited to the values that the block sends.
+        """Return the fields of the request by name, limited to the values that the block sends.
 
         All commands of a block have the same fields.
         """
@@ -149,13 +149,13 @@ class Block:
 
     @property
     def responses(self) -> Mapping[str, Field]:
-        """Return response fields by name."""
+        """Return the fields of the response by name."""
         return {part.name: part for part in self.commands[0].response}
 
 
 @dataclass(frozen=True)
 class Library:
-    """All blocks and types by name."""
+    """All blocks and types of the tables by name."""
 
     enumerations: Mapping[str, Enumeration]
     arrays: Mapping[str, Array]
@@ -164,7 +164,7 @@ class Library:
 
 @lru_cache(maxsize=1)
 def library() -> Library:
-    """Return the tables, read and checked.
+    """Read the tables, check them, and return them.
 
     Raises:
         InputError: a name is unknown, or no pin fills a field.

@@ -44,7 +44,7 @@ END_FUNCTION
 
 
 def version_files() -> dict[str, Callable[[], str]]:
-    """Return the generator of the function, by its path in the repository."""
+    """Return the generator of FC_LibraryVersion, by the path of the file in the repository."""
     return {"plc/lib/diagnosis/FC_LibraryVersion.st": _function}
 
 

@@ -30,7 +30,7 @@ _PYTHON = (
 
 
 def main() -> int:
-    """Build the site; return 2 if a tool is missing, 1 if a link is broken, else 0."""
+    """Build the site. Return 2 if a tool is missing, 1 if a link is broken, else 0."""
     try:
         for name in ("node", "npm"):
             if shutil.which(name) is None:

@@ -15,7 +15,7 @@ __all__ = ["bake", "bundle"]
 
 ROOT = Path(__file__).resolve().parents[3]
 _HERE = Path(__file__).resolve().parent
-#: Rooms (top-level folders) that a cell needs. They do not import any other room.
+#: Top-level folders of the packages that a cell needs. They import no other top-level folder.
 _ROOMS = {
     "rcx_harness": ("cell", "robot", "spec", "trace", "watch"),
     "structured_text": ("bench", "diagrams", "engines", "language", "output", "projects"),
@@ -27,7 +27,7 @@ _FIRST_DAY = (1980, 1, 1, 0, 0, 0)
 
 
 def bundle() -> bytes:
-    """Return the packed files as bytes; equal files give equal bytes."""
+    """Return the packed files as bytes. Equal files give equal bytes."""
     packed = io.BytesIO()
     with ZipFile(packed, "w", ZIP_DEFLATED, compresslevel=9) as archive:
         for name, content in sorted(_files()):

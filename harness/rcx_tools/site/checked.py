@@ -11,16 +11,16 @@ from urllib.parse import unquote, urldefrag
 
 __all__ = ["problems"]
 
-#: Elements that load their target. A link (`a`) does not load it.
+#: HTML elements that load their target. A link (`a`) does not load its target.
 _LOADING = {"audio", "embed", "iframe", "img", "link", "object", "script", "source", "video"}
-#: Values of `rel` in the head of a page that load nothing.
+#: Values of `rel` for links in the head of a page that load nothing.
 _IDLE = {"canonical", "next", "prev", "alternate"}
 _FOREIGN = re.compile(r"(?:https?:)?//", re.IGNORECASE)
 _OF_STYLE = re.compile(r"@import|url\(\s*['\"]?(?:https?:)?//", re.IGNORECASE)
 
 
 class _Page(HTMLParser):
-    """The anchors in a page, and its links."""
+    """The anchors and links of a page."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -42,7 +42,7 @@ class _Page(HTMLParser):
 def problems(site: Path) -> list[str]:
     """Return a line for each broken link, and for each resource from another host.
 
-    Links (`a`) may lead to other hosts; nothing may be loaded from there.
+    Links (`a`) may lead to other hosts, but a page may load nothing from other hosts.
     """
     return [f"{page.relative_to(site)}: {one}" for page in _pages(site) for one in _of(site, page)]
 

@@ -1,4 +1,4 @@
-"""A run of the playground: a cell is built from the texts of a job, and its run becomes a page.
+"""The driver of the playground: it runs the cell of a job, and the run becomes a page.
 
 The worker of the page calls `run` in the browser. The module imports only the harness, and nothing
 else of this repository.
@@ -21,14 +21,14 @@ from structured_text.output.units import format_us, parse_us
 
 __all__ = ["STIMULUS", "Runner"]
 
-#: File name of the stimulus in messages. Line n is moment n.
+#: File name of the stimulus in messages. Line n of this file is moment n.
 STIMULUS = "stimulus"
 _TOML_PLACE = re.compile(r"\(at line (\d+)")
 _SLICES = 50
 _KEEP = 400_000
 _MOST_RULES = 20
-#: Lists of variables to watch, in the order in which they are tried. The last list is empty, for a
-#: program that is not named Main.
+#: Lists of variables to watch, in the order in which they are tried. The last list is empty: it is
+#: for a program with another name than Main.
 _WATCH = (("Main.*", "Main.*.*"), ("Main.*",), ())
 _POSITIONS = "mm"
 #: Suffix of robot programs that a robot file refers to.

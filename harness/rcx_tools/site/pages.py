@@ -1,4 +1,4 @@
-"""Sources of the site: the pages of the repository, and all files that they link to."""
+"""The sources of the site: pages of the repository, and all files to which they link."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ from rcx_tools.site.programs import ROOT, block_jobs
 
 __all__ = ["START", "staged"]
 
-#: Pages with which readers begin. All linked files are included as well.
+#: The first pages for readers. All files that are linked from them belong to the site.
 START = ("README.md", "CHANGELOG.md", "CONTRIBUTING.md")
 _LINK = re.compile(r"(\]\()([^()\s#:]+)((?:#[^()\s]*)?\))")
-#: A chart that is alone in its line.
+#: Pattern of a chart that is alone in its line.
 _CHART = re.compile(r"^(!\[[^\]]*\]\(([^)\s]+\.svg)\))$", re.MULTILINE)
 _FENCE = re.compile(r"(^```.*?^```$)", re.MULTILINE | re.DOTALL)
 _ASSETS = (".csv", ".html", ".json", ".png", ".svg")

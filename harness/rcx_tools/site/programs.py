@@ -41,7 +41,7 @@ def programs_json() -> str:
 
 
 def example_jobs() -> dict[str, dict[str, Any]]:
-    """Return the examples by name, preceded by the first program of the playground."""
+    """Return the examples by name. The first program of the playground comes first."""
     every = {name: _example(one) for name, one in examples().items()}
     arm = {"title": "Pick and place with a SCARA robot", "robots": [_text(_SCARA)]}
     return {FIRST: {**every["04_pick_and_place"], **arm, "for": _SCARA_US}, **every}
@@ -91,7 +91,7 @@ def _example(one: Example) -> dict[str, Any]:
 
 
 def _moments(entries: Iterable[Entry]) -> list[tuple[int, str]]:
-    """Return the entries as (time, the other keys as TOML)."""
+    """Return the entries of a stimulus as pairs of a time and the other keys as TOML."""
     found = []
     for entry in sorted(entries, key=lambda one: one.t_us):
         rest = re.sub(r'^\{ time = "\w+"(?:, )?', "", entry_text(entry)).removesuffix(" }")

@@ -2,7 +2,7 @@
 
 Zensical ranks a page by the field that matches (title, path, text), and then by the position of the
 match. Pages with equal rank keep the order of the index. This module writes the index in an order
-that is useful for our readers, and changes the search so that internal blocks are last.
+that is useful for readers. It also changes the search, so that internal blocks are last.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from structured_text.errors import InputError
 __all__ = ["rank", "ranked"]
 
 _BLOCKS = "docs/reference/blocks/"
-#: Order of pages with equal rank. The first prefix that the path matches determines the position.
+#: Order of pages with equal rank. The first prefix that a path begins with determines the position.
 _ORDER = (
     "docs/reference/errors",
     "docs/reference/signals",
@@ -67,7 +67,7 @@ def ranked(
     kept = [
         _placed(item, tasks)
         for item in index["items"]
-        # If the heading of a page had its own item, the search would find the page twice.
+        # If the heading of a page had an item of its own, the search would find the page twice.
         if "#" in item["location"] or item["text"] or item["title"] not in named
     ]
     kept.sort(key=lambda item: _tier(item["location"]))

@@ -1,4 +1,4 @@
-"""Project files that cannot be read give one message with file and line, and exit code 2."""
+"""If a project file cannot be read, one message names file and line, and the exit code is 2."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _POU = """\
 
 
 @pytest.mark.parametrize(
-    ("name", "text", "told"),
+    ("name", "text", "message"),
     [
         ("a.xml", "", "a.xml:1:1: is not well-formed XML: no element found"),
         ("a.xml", f"{_HEAD}<project>\n<types>", "a.xml:3:8: is not well-formed XML: no element"),
@@ -112,27 +112,30 @@ _POU = """\
         ("a.ACD", "PK", "a.ACD: .ACD cannot be read; in Studio 5000: save as .L5X"),
     ],
 )
-def test_what_cannot_be_read_is_told_with_its_line(
+def test_a_mistake_in_a_project_file_is_reported_with_its_line(
     name: str,
     text: str,
-    told: str,
+    message: str,
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Source: docs/how-to/projects.md."""
+    """The message has the file and the line of the mistake. Source: docs/how-to/projects.md."""
     monkeypatch.chdir(tmp_path)
     Path(name).write_text(text, encoding="utf-8")
     assert main(["run", name, "--engine", "builtin"]) == 2
     said = capsys.readouterr()
-    assert told in said.err
+    assert message in said.err
     assert said.err.removeprefix("compiling ...\n").strip().count("\n") == 0
     assert [file.name for file in tmp_path.iterdir()] == [name]
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "iso-8859-1"])
 def test_xml_is_read_in_the_encoding_that_it_names(encoding: str, tmp_path: Path) -> None:
-    """A file that names UTF-16 but is UTF-8, as .NET writes it, can also be read."""
+    """XML is read in its declared encoding.
+
+    A UTF-8 file that declares UTF-16 can be read as well.
+    """
     name = "utf-8" if encoding == "utf-8-sig" else encoding
     text = (_DATA / "beremiz.xml").read_text(encoding="utf-8").replace("starts", "fängt")
     file = tmp_path / "a.xml"
@@ -144,10 +147,13 @@ def test_xml_is_read_in_the_encoding_that_it_names(encoding: str, tmp_path: Path
     assert check(list(project_sources([file], {}).paths)) == []
 
 
-def test_two_pous_of_one_name_are_told_with_both_places(
+def test_two_pous_with_the_same_name_are_reported_with_both_files(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/how-to/projects.md."""
+    """If two POUs have the same name, the message names both files.
+
+    Source: docs/how-to/projects.md.
+    """
     for name in ("a", "b"):
         text = _POU % ("PROGRAM P", "<ST>RETURN;</ST>")
         (tmp_path / f"{name}.TcPOU").write_text(text, encoding="utf-8")
@@ -160,10 +166,11 @@ def test_two_pous_of_one_name_are_told_with_both_places(
     assert not out.exists()
 
 
-def test_a_name_never_leads_out_of_the_folder(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    """Source: docs/how-to/projects.md."""
+def test_a_name_with_a_path_is_refused(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A name such as ../../evil is refused, and no file is written.
+
+    Source: docs/how-to/projects.md.
+    """
     text = '<project><pou name="../../evil" pouType="program"><body/></pou></project>'
     (tmp_path / "a.xml").write_text(text, encoding="utf-8")
     assert main(["import", str(tmp_path / "a.xml"), "-o", str(tmp_path / "x" / "y")]) == 2
@@ -171,10 +178,10 @@ def test_a_name_never_leads_out_of_the_folder(
     assert [file.name for file in tmp_path.iterdir()] == ["a.xml"]
 
 
-def test_import_overwrites_nothing_unless_it_is_asked_to(
+def test_import_overwrites_files_only_with_force(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/how-to/projects.md."""
+    """Existing files are only overwritten with --force. Source: docs/how-to/projects.md."""
     out = tmp_path / "out"
     given = ["import", str(_DATA / "beremiz.xml"), "-o", str(out)]
     assert main(given) == 0
@@ -186,10 +193,10 @@ def test_import_overwrites_nothing_unless_it_is_asked_to(
     assert (out / "ROWS.st").read_text(encoding="utf-8").startswith("TYPE ROWS")
 
 
-def test_structured_text_is_nothing_to_import(
+def test_structured_text_cannot_be_imported(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: rcx import --help."""
+    """`rcx import` rejects a file that is already structured text. Source: rcx import --help."""
     shutil.copy(_DATA / "lamp.st", tmp_path)
     assert main(["import", str(tmp_path / "lamp.st"), "-o", str(tmp_path / "out")]) == 2
     assert "lamp.st: is already Structured Text" in capsys.readouterr().err

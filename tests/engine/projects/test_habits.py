@@ -1,8 +1,7 @@
-"""Projects in the style of four tools, each with a robot beside its machine.
+"""Projects in the style of four tools run with a robot that the user has added.
 
-The constructs come from public projects of machines and are rebuilt here. For each tool there is
-the file of a machine, as the tool writes it. The user adds a block for the robot
-(`data/Robot_Cell.st`).
+For each tool there is a machine program in the tool's file format. Its constructs are taken from
+public projects. The user adds a block for the robot (`data/Robot_Cell.st`).
 """
 
 from __future__ import annotations
@@ -385,7 +384,7 @@ def _cell(files: list[Path], replace: dict[str, str | Path] | None = None) -> Ce
 
 
 def _arrived(cell: Cell, moves: int) -> None:
-    """Check that the robot received this number of telegrams and reached its point.
+    """Check that the robot executed the given number of moves and is at its point.
 
     Source: chapter 5, 4.1: the code, its options, two words of the speed, the point.
     """
@@ -396,8 +395,8 @@ def _arrived(cell: Cell, moves: int) -> None:
     assert tuple(cell.robot.positions) == _POINT[: len(cell.robot.positions)]
 
 
-def test_codesys_texts_of_objects_without_their_end(tmp_path: Path) -> None:
-    """The project has types, lists, a block in a list's block, and a function without a result."""
+def test_a_codesys_project_runs(tmp_path: Path) -> None:
+    """A CODESYS project with types, global lists, nested blocks and a procedure runs."""
     files = [_write(tmp_path, name, text) for name, text in _CODESYS.items()]
     files.append(_write(tmp_path, "Task.st", _TASK.format(main="PLC_PRG")))
     with _cell(files) as cell:
@@ -416,8 +415,8 @@ def test_codesys_texts_of_objects_without_their_end(tmp_path: Path) -> None:
         _arrived(cell, 1)
 
 
-def test_twincat_stations_behind_interfaces(tmp_path: Path) -> None:
-    """The user's CONFIGURATION replaces the tasks of the project."""
+def test_a_twincat_project_with_interfaces_runs(tmp_path: Path) -> None:
+    """A TwinCAT project with an array of interfaces runs with the user's CONFIGURATION."""
     names = ""
     for name, (tag, inside) in _TWINCAT.items():
         text = _OBJECT.format(tag=tag, name=Path(name).stem, inside=inside)
@@ -438,10 +437,10 @@ def test_twincat_stations_behind_interfaces(tmp_path: Path) -> None:
         _arrived(cell, 1)
 
 
-def test_rockwell_with_its_ladder_replaced(tmp_path: Path) -> None:
-    """With ATAN(2) = 1.107, the value 20.0 * 1.5 + 1.107 is above the limit of 20.
+def test_a_rockwell_project_with_a_replaced_ladder_routine_runs(tmp_path: Path) -> None:
+    """A Rockwell project runs with a body of the user in place of its ladder routine.
 
-    ATAN(1) + 3.0 is below the limit.
+    The value 20.0 * 1.5 + ATAN(2) is above the limit of 20; ATAN(1) + 3.0 is below this limit.
     """
     project = _write(tmp_path, "plant.L5X", _L5X)
     body = "Check();\nDelay.DN := Delay.ACC >= Delay.PRE;\nRobot(Release := Above);\n"
@@ -462,8 +461,8 @@ def test_rockwell_with_its_ladder_replaced(tmp_path: Path) -> None:
         _arrived(cell, 1)
 
 
-def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
-    """Timers and an array are data blocks in another file than the code that calls them."""
+def test_a_siemens_project_with_data_blocks_and_tags_runs(tmp_path: Path) -> None:
+    """A Siemens project runs with its timers and an array in data blocks of another file."""
     tags = "startCMD, limitSwitch, ultrasonic, relay : BOOL;"
     files = [
         _write(tmp_path, "Gate.scl", _GATE),
@@ -479,7 +478,7 @@ def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
         cell["Tags.startCMD"] = True
         cell.run("60ms")
         assert cell["Gate_DB.state"] == 1
-        assert cell["holdTimer.Q"] is True  # TOF: ON at once; TON: not before 1 s
+        assert cell["holdTimer.Q"] is True  # a TOF is ON at once, a TON would be ON after 1 s
         assert cell["Tags.relay"] is False
         cell.run("5s")
         assert cell["Tags.relay"] is True
@@ -487,8 +486,8 @@ def test_siemens_blocks_data_blocks_and_tags(tmp_path: Path) -> None:
         _arrived(cell, 1)
 
 
-def test_a_ladder_beside_a_replaced_body_is_named_in_its_own_file(tmp_path: Path) -> None:
-    """The line number refers to the project, not to the user's file."""
+def test_an_unused_ladder_routine_is_reported_in_the_project_file(tmp_path: Path) -> None:
+    """The message about an unused ladder routine names the project file, not the user's file."""
     ladder = _L5X.replace("MainRoutineName", "Main", 0).replace(
         '<Routine Name="Check"', '<Routine Name="Spare" Type="RLL"/>\n<Routine Name="Check"'
     )

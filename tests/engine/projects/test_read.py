@@ -1,7 +1,7 @@
-"""Structured Text is read line by line from the files of PLC tools.
+"""Structured Text is read from the project files of PLC tools, with the lines of these files.
 
-The files in `data` have the constructs of projects that CODESYS, Beremiz, TwinCAT 3, Studio 5000
-and TIA Portal write, in as few lines as possible. Public projects show these constructs.
+The files in `data` are short files in the formats of CODESYS, Beremiz, TwinCAT 3, Studio 5000 and
+TIA Portal. Their constructs occur in public projects.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ def _imported(source: Path, folder: Path) -> tuple[int, dict[str, str]]:
 
 
 def test_beremiz_types_programs_and_tasks(tmp_path: Path) -> None:
-    """Source: PLCopen TC6 XML 2.01, as Beremiz writes it."""
+    """Types, programs and tasks are read from a Beremiz project. Source: PLCopen TC6 XML 2.01."""
     assert _imported(_DATA / "beremiz.xml", tmp_path) == (
         0,
         {
@@ -57,7 +57,7 @@ END_CONFIGURATION
 def test_codesys_declarations_as_plain_text_methods_lists_and_tasks(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The plain-text declaration has more details than the elements, and follows the body.
+    """The declaration is read from CODESYS's text, which has more details than the XML elements.
 
     Source: PLCopen TC6 XML 2.00, with what CODESYS adds.
     """
@@ -115,7 +115,10 @@ END_CONFIGURATION
 
 @pytest.mark.parametrize("named", ["twincat", "twincat/Cell.plcproj"])
 def test_twincat_objects_of_the_project_and_its_task(tmp_path: Path, named: str) -> None:
-    """Objects excluded from the build are left out. File names are compared without case."""
+    """Objects of a TwinCAT project are read, except those that are excluded from the build.
+
+    File names are compared without case.
+    """
     code, texts = _imported(_DATA / named, tmp_path)
     assert code == 1  # an action in ladder
     assert sorted(texts) == ["FB_Valve", "GVL", "MAIN", "ST_Item", "Tasks"]
@@ -153,7 +156,7 @@ END_FUNCTION_BLOCK
 
 
 def test_rockwell_converts_as_logix_does(tmp_path: Path) -> None:
-    """The instance of an instruction is its first argument. Numbers convert implicitly.
+    """In Logix, the instance is the first argument of a call, and numbers are converted implicitly.
 
     Source: Rockwell 1756-PM007, assignment and data types; 1756-PM010, parameters.
     """
@@ -195,7 +198,10 @@ END_PROGRAM
 
 
 def test_siemens_names_headers_regions_and_data_blocks(tmp_path: Path) -> None:
-    """Source: TIA Portal, external source files; SCL of S7-1500."""
+    """Names, headers, regions and data blocks are read from an SCL file.
+
+    Source: TIA Portal, external source files; SCL of S7-1500.
+    """
     code, texts = _imported(_DATA / "cell.scl", tmp_path)
     assert code == 0
     assert (
@@ -249,10 +255,10 @@ END_FUNCTION_BLOCK
         ("cell.scl", "\tm.Speed_Set := FC_Scale(x := 3);", (43, 1)),
     ],
 )
-def test_each_line_is_where_it_stands_in_the_file(
+def test_each_line_has_its_place_in_the_project_file(
     file: str, text: str, place: tuple[int, int]
 ) -> None:
-    """The expected lines and columns of messages are counted by hand in the file."""
+    """Messages have the line and column of the project file, which were counted by hand."""
     replaced = {"FB_Lamp": _DATA / "lamp.st"} if file == "codesys.xml" else {}
     for source in project_sources([_DATA / file], replaced).paths:
         lines = source_text(source).splitlines()
@@ -264,7 +270,7 @@ def test_each_line_is_where_it_stands_in_the_file(
 
 
 def test_codesys_arrays_of_open_length(tmp_path: Path) -> None:
-    """CODESYS writes such an array as a pointer. Its own data contain the real type."""
+    """An ARRAY[*], which CODESYS writes as a pointer, is read from CODESYS's additional data."""
     file = tmp_path / "open.xml"
     file.write_text(
         '<project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>'
@@ -283,7 +289,7 @@ def test_codesys_arrays_of_open_length(tmp_path: Path) -> None:
 
 
 def test_codesys_writes_a_variable_of_open_length_as_an_input(tmp_path: Path) -> None:
-    """The data of CODESYS say that the variable is a VAR_IN_OUT, which the body may write."""
+    """An ARRAY[*] in the inputs is a VAR_IN_OUT if CODESYS's additional data say this."""
     scope = '<Attribute Name="variable_length_array_original_scope" Value="Inout" />'
     file = tmp_path / "open.xml"
     file.write_text(

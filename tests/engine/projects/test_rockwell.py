@@ -1,4 +1,4 @@
-"""An L5X runs as in a Logix controller: timers, order of operators, values of instances."""
+"""An L5X project behaves as in a Logix controller: timers, operators, and initial values."""
 
 from __future__ import annotations
 
@@ -60,7 +60,7 @@ def _timer(folder: Path, preset: int, *, accumulated: int = 0) -> Program:
 
 
 def test_tonr_counts_whole_milliseconds_and_loses_no_part_of_one(tmp_path: Path) -> None:
-    """With a call every 0.4 ms, it is done after 5.2 ms: the first call at or after 5 ms.
+    """With a call every 0.4 ms, a TONR of 5 ms is done at 5.2 ms, the first call after 5 ms.
 
     Source: Rockwell 1756-RM003, TONR: the accumulator has units of 1 ms; DN is set when ACC is
     greater than or equal to PRE.
@@ -76,7 +76,10 @@ def test_tonr_counts_whole_milliseconds_and_loses_no_part_of_one(tmp_path: Path)
 
 
 def test_tonr_adds_all_the_time_since_its_last_call(tmp_path: Path) -> None:
-    """Source: Rockwell 1756-RM003, timers: ACC = ACC + (current_time - last_time)."""
+    """ACC increases by the time since the last call.
+
+    Source: Rockwell 1756-RM003, timers: ACC = ACC + (current_time - last_time).
+    """
     program = _timer(tmp_path, 1000)
     program.scan(0)
     program.scan(1_734_000)
@@ -86,8 +89,8 @@ def test_tonr_adds_all_the_time_since_its_last_call(tmp_path: Path) -> None:
     assert [program.read(f"Main.T.{pin}") for pin in ("ACC", "EN", "DN")] == [0, False, False]
 
 
-def test_the_first_run_of_tonr_clears_it(tmp_path: Path) -> None:
-    """Source: Rockwell 1756-RM003, TONR, instruction first run: ACC value is set to 0."""
+def test_the_first_call_of_tonr_clears_its_time(tmp_path: Path) -> None:
+    """At its first call, TONR sets ACC to 0. Source: Rockwell 1756-RM003, TONR, first run."""
     program = _timer(tmp_path, 100, accumulated=90)
     program.scan(0)
     assert program.read("Main.T.ACC") == 0
@@ -96,7 +99,10 @@ def test_the_first_run_of_tonr_clears_it(tmp_path: Path) -> None:
 
 
 def test_tonr_with_a_negative_preset_does_not_run(tmp_path: Path) -> None:
-    """Source: Rockwell 1756-RM003, TONR: PRE, Status.0 InstructFault, Status.1 PresetInv."""
+    """A negative preset sets PresetInv and stops the timer.
+
+    Source: Rockwell 1756-RM003, TONR: PRE, Status.0 InstructFault, Status.1 PresetInv.
+    """
     program = _timer(tmp_path, -1)
     program.scan(0)
     program.scan(20_000)
@@ -115,7 +121,7 @@ def test_tonr_with_a_negative_preset_does_not_run(tmp_path: Path) -> None:
     ],
 )
 def test_the_power_comes_before_the_sign(tmp_path: Path, expression: str, value: int) -> None:
-    """Source: Rockwell 1756-PM007, order of execution: `**`, then negate; left to right."""
+    """`**` comes before the minus sign. Source: Rockwell 1756-PM007, order of execution."""
     tags = '<Tag Name="a" DataType="DINT"/><Tag Name="b" DataType="DINT"/>'
     program = _program(tmp_path, f"b := 3; a := {expression};", tags)
     program.scan(0)
@@ -123,7 +129,7 @@ def test_the_power_comes_before_the_sign(tmp_path: Path, expression: str, value:
 
 
 def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
-    """If a call does not pass a value, the value of the tag stays. This also holds for the value 0.
+    """An input that a call omits has the value of the instance's tag, even if this value is 0.
 
     Source: Rockwell 1756-PM010, parameters: the value of a parameter that is not required is that
     of the instance's tag.
@@ -140,8 +146,8 @@ def test_an_instance_begins_with_the_values_of_its_tag(tmp_path: Path) -> None:
     assert values == [6, 7, 6]
 
 
-def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
-    """With 9 digits the number is slightly above the largest REAL, and is rounded down to it.
+def test_the_largest_real_is_read_as_tools_write_it(tmp_path: Path) -> None:
+    """3.40282347E38, which is slightly above the largest REAL, is rounded down to it.
 
     Source: IEEE 754, rounding to nearest: the largest single is 16#7F7FFFFF, (2 - 2^-23) * 2^127.
     """
@@ -155,8 +161,10 @@ def test_the_largest_real_is_taken_as_tools_write_it(tmp_path: Path) -> None:
     assert program.read("Main.b") == -largest
 
 
-def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_path: Path) -> None:
-    """The images are tags of a module. A timer restarts with the preset of its tag.
+def test_tags_that_no_prescan_sets_keep_their_values_without_power(tmp_path: Path) -> None:
+    """Tags keep their values without power, except those that the Prescan routine sets.
+
+    The areas are tags of a module, so they are not kept. A timer restarts with its preset.
 
     Source: Rockwell 1756-PM010, Prescan routine: it initialises values that were kept.
     """
@@ -169,7 +177,7 @@ def test_tags_keep_their_values_without_power_but_for_what_a_prescan_sets(tmp_pa
 
 
 def test_an_alias_of_an_instruction_is_its_local_tag(tmp_path: Path) -> None:
-    """An input reaches the local tag before the logic. An output is copied after the logic."""
+    """An alias parameter is the local tag: inputs are copied before the logic, outputs after it."""
     file = tmp_path / "cell.L5X"
     text = (
         _L5X.replace(

@@ -1,4 +1,4 @@
-"""Projects of PLC tools run and are checked unchanged, or with bodies that the user replaces."""
+"""Projects of PLC tools run and are checked without changes, or with bodies of the user."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.projects.open import project_sources
 
 _DATA = Path(__file__).parent / "data"
 
-#: Main calls Lamp, which has a body in ladder. Spare is not called.
+#: A project in which Main calls Lamp, whose body is in ladder. Spare is never called.
 _LADDER = """\
 <project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>
 <pou name="Main" pouType="program">
@@ -38,14 +38,17 @@ n := %s;</p></ST></body>
 
 @pytest.fixture
 def ladder(tmp_path: Path) -> Path:
-    """Return a project with a body in ladder."""
+    """Write a project in which the block Lamp has a body in ladder, and return its file."""
     file = tmp_path / "cell.xml"
     file.write_text(_LADDER % "n + 1", encoding="utf-8")
     return file
 
 
 def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
-    """Source: docs/how-to/projects.md."""
+    """A program runs at the interval of its task in the project.
+
+    Source: docs/how-to/projects.md.
+    """
     program = build(source_files(_DATA / "beremiz.xml").all, "builtin").program
     assert program.tick_us == 50_000
     program.scan(0)
@@ -56,7 +59,7 @@ def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
 def test_a_body_in_another_language_is_named(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The rest is checked. A program that calls the block does not run.
+    """A ladder body is reported, and a program that calls its block does not run.
 
     Source: docs/how-to/projects.md.
     """
@@ -80,10 +83,13 @@ def test_a_body_in_another_language_is_named(
         "  END_VAR\n  Q := Lit;\nEND_FUNCTION_BLOCK\n",
     ],
 )
-def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
+def test_a_ladder_body_is_replaced_by_a_body_or_a_block_of_the_user(
     ladder: Path, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """An unused body is listed and left out."""
+    """A ladder body is replaced by a body or a whole block of the user.
+
+    An unused body is reported.
+    """
     own = ladder.with_name("lamp.st")
     own.write_text(text, encoding="utf-8")
     program = build(source_files(ladder, None, {"lamp": own}).all, "builtin").program
@@ -96,20 +102,20 @@ def test_a_body_is_replaced_by_one_of_the_users_or_by_a_whole_block(
     )
 
 
-def test_a_mistake_in_a_replacing_body_is_told_in_its_file(
+def test_a_mistake_in_the_users_body_is_reported_in_the_users_file(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The message has the line in the user's file, although the interface is from the project."""
+    """A mistake in the user's body is reported with the line of the user's file."""
     own = ladder.with_name("lamp.st")
     own.write_text("Q := Lit;\nQ := Nothing;\n", encoding="utf-8")
     assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
     assert f"{own}:2:6: Nothing is not declared" in capsys.readouterr().err
 
 
-def test_a_mistake_in_a_project_is_told_in_its_line(
+def test_a_mistake_in_a_project_is_reported_with_its_line(
     ladder: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Source: docs/how-to/projects.md."""
+    """A mistake in a project is reported with its line. Source: docs/how-to/projects.md."""
     ladder.write_text(_LADDER % "m", encoding="utf-8")
     own = _DATA / "lamp.st"
     assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
@@ -117,7 +123,7 @@ def test_a_mistake_in_a_project_is_told_in_its_line(
 
 
 @pytest.mark.parametrize(
-    ("given", "told"),
+    ("given", "message"),
     [
         (["Lamb=lamp.st"], "--replace Lamb: there is no POU of this name in the project; did you"),
         (["Lamp"], "--replace Lamp; write it as --replace POU=file.st"),
@@ -125,30 +131,30 @@ def test_a_mistake_in_a_project_is_told_in_its_line(
         (["Lamp=lamp.st", "LAMP=lamp.st"], "--replace LAMP is given twice"),
     ],
 )
-def test_a_replacement_that_fits_nothing_is_refused(
+def test_a_replacement_without_a_matching_body_is_refused(
     given: list[str],
-    told: str,
+    message: str,
     ladder: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
-    """Source: rcx check --help."""
+    """A --replace that matches no body is rejected. Source: rcx check --help."""
     monkeypatch.chdir(ladder.parent)
     Path("lamp.st").write_text("Q := Lit;", encoding="utf-8")
     options = [part for one in given for part in ("--replace", one)]
     assert main(["check", "cell.xml", *options]) == 2
-    assert told in capsys.readouterr().err
+    assert message in capsys.readouterr().err
 
 
 def test_a_replacement_needs_a_project(capsys: pytest.CaptureFixture[str]) -> None:
-    """Source: rcx check --help."""
+    """--replace is rejected for files that are not projects. Source: rcx check --help."""
     own = str(_DATA / "lamp.st")
     assert main(["check", own, "--replace", f"P={own}"]) == 2
     assert "--replace is for projects of PLC tools" in capsys.readouterr().err
 
 
-def test_what_was_taken_out_of_a_file_is_a_value() -> None:
-    """The value can be passed between processes and caches, which the file itself cannot."""
+def test_a_source_in_a_project_file_can_be_pickled_and_compared() -> None:
+    """A source inside a project file can be pickled and compared, as caches and workers need it."""
     paths = project_sources([_DATA / "beremiz.xml"], {}).paths
     assert pickle.loads(pickle.dumps(paths)) == paths
     assert len({*paths, _DATA / "beremiz.xml"}) == len(paths) + 1
@@ -156,7 +162,9 @@ def test_what_was_taken_out_of_a_file_is_a_value() -> None:
 
 
 def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
-    """In some tools, a PROGRAM has no static variables. Its data are therefore in a block.
+    """InputArea and OutputArea may be variables of a block.
+
+    In some tools a PROGRAM has no static variables.
 
     Source: docs/how-to/projects.md.
     """
@@ -172,10 +180,10 @@ def test_a_process_image_may_be_inside_a_block(tmp_path: Path) -> None:
         assert cell.connected
 
 
-def test_check_writes_interfaces_of_what_is_missing_once(
+def test_check_writes_interfaces_of_missing_blocks_once(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """An existing file is never replaced, and the sources in its folder are checked with it.
+    """Interfaces of missing blocks are written, but never over existing files.
 
     Source: rcx check --help, --stubs.
     """

@@ -39,8 +39,13 @@ def test_a_value_is_a_difference_where_the_other_side_does_not_have_it_within_th
         assert _found(recorded, virtual) == found
 
 
-def test_a_short_value_of_the_virtual_controller_may_have_had_no_packet() -> None:
-    """A short value of the recorded controller counts, because it was certainly in a packet."""
+def test_a_short_value_of_the_virtual_controller_is_not_a_difference() -> None:
+    """A short value that only the virtual controller had is not a difference.
+
+    Perhaps no packet of the recorded controller contained the value.
+
+    A short value of the recorded controller counts, because a packet contained it.
+    """
     assert _found([(0, 0)], [(0, 0), (50, 1), (54, 0)], 5) == []
     assert _found([(0, 0), (50, 1), (54, 0)], [(0, 0)], 5) == [(50, 54)]
 

@@ -23,7 +23,7 @@ Patch = Callable[[pytest.MonkeyPatch], None]
 
 
 def _with(target: Any, name: str, made: Callable[[Any], Any]) -> Patch:
-    """Return a patch that replaces a function by a changed version."""
+    """Return a patch that replaces a method of the virtual controller by a faulty version."""
     return lambda broken: broken.setattr(target, name, made(getattr(target, name)))
 
 
@@ -33,7 +33,7 @@ def _exchanged(broken: pytest.MonkeyPatch) -> None:
     broken.setitem(REQUESTS, "SI16", program)
 
 
-#: Ten bugs of a controller by their symptoms. None of them is another reading of the manual.
+#: Ten bugs of a controller by their symptoms. No key of a robot file can describe them.
 BUGS: dict[str, Patch] = {
     "an emergency stop leaves the servos ON": _with(Machine, "switch_servos_off",
                                                     lambda _: lambda *args, **kwargs: None),
@@ -73,10 +73,10 @@ BUGS: dict[str, Patch] = {
         {"mp_ready_in_emergency_stop": False, "program_is_reset": True, "manual_speed": 35},
     ],
 )
-def test_a_short_recording_tells_what_it_depends_on(values: dict[str, Any]) -> None:
-    """The recording has a start, three references and an emergency stop.
+def test_fit_reports_the_keys_on_which_a_short_recording_depends(values: dict[str, Any]) -> None:
+    """For a short recording, `--fit` reports the keys on which the recording depends.
 
-    The start is power-on, servo ON and program start.
+    The recording has power-on, servo ON, a program start, three references and an emergency stop.
     """
     master = RecordedMaster(7, **values)
     short_run(master)
@@ -99,8 +99,11 @@ def test_a_short_recording_tells_what_it_depends_on(values: dict[str, Any]) -> N
 
 
 @pytest.mark.exhaustive
-def test_an_inexplicable_difference_is_left_over() -> None:
-    """SO(12) is ON for 200 ms without SI(10). 600 ms later, a servo on takes 80 ms."""
+def test_a_difference_that_no_key_explains_is_reported() -> None:
+    """A difference that no key explains is reported: SO(12) is ON for 200 ms without SI(10).
+
+    600 ms later, a servo ON takes 80 ms, which a key explains.
+    """
     master = RecordedMaster(7, servo_on_delay=80.0)
     master.run(100)
     master.robot.force("SO12", 1)
@@ -115,8 +118,11 @@ def test_an_inexplicable_difference_is_left_over() -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("number", range(len(CASES)))
-def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
-    """Thirty robot files have values that differ from the defaults, in all sections."""
+def test_each_key_is_found_or_reported_as_undecided(number: int) -> None:
+    """For each key, `--fit` finds the value, or reports that the recording does not decide it.
+
+    Thirty robot files have values that differ from the defaults, in all sections.
+    """
     _, wrong = judged(*CASES[number])
     assert wrong == []
 
@@ -132,8 +138,10 @@ def test_each_key_is_found_or_said_not_to_be_decided(number: int) -> None:
         ({}, {"skip_run_status": "always", "strict_unused_words": False}),
     ],
 )
-def test_delays_fit_changed_commands_too(values: dict[str, Any], others: dict[str, Any]) -> None:
-    """With the recorded delays there are no differences, however the PLC handled its commands."""
+def test_recorded_delays_also_explain_changed_commands(
+    values: dict[str, Any], others: dict[str, Any]
+) -> None:
+    """If the delays of the recording are used, no difference remains, whatever the PLC has sent."""
     master = RecordedMaster(7, **values, **others)
     exercised(master)
     replay = Replay(master.recording(), master.happenings)
@@ -142,8 +150,10 @@ def test_delays_fit_changed_commands_too(values: dict[str, Any], others: dict[st
 
 @pytest.mark.exhaustive(but=["SO(04) is ON only while the servos are OFF"])
 @pytest.mark.parametrize("bug", BUGS)
-def test_a_controller_with_a_bug_fits_no_file(bug: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Whatever keys are chosen, some differences remain."""
+def test_no_robot_file_explains_a_controller_with_a_bug(
+    bug: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If the recorded controller has a bug, some differences remain for all values of the keys."""
     with monkeypatch.context() as broken:
         BUGS[bug](broken)
         master = RecordedMaster(7)
@@ -166,7 +176,10 @@ def test_wrong_answers_fit_no_legal_controller(wrong: str) -> None:
 
 @pytest.mark.exhaustive
 def test_the_key_with_few_values_is_preferred() -> None:
-    """Two keys explain the recording: `power_on_emergency_alarm` and the text `power_on_alarm`."""
+    """If two keys explain a recording, `--fit` chooses the key with fewer possible values.
+
+    Here these are `power_on_emergency_alarm` and `power_on_alarm`, which can be any text.
+    """
     master = RecordedMaster(7, power_on_emergency_alarm=True)
     short_run(master)
     master.turn_and_wait("SI00", False)
@@ -181,8 +194,11 @@ def test_the_key_with_few_values_is_preferred() -> None:
     assert 'has the same effect as power_on_alarm = "12.600"' in text
 
 
-def test_a_reset_without_effect_is_not_answered_by_what_clears_the_alarm_later() -> None:
-    """SI(16) comes in an emergency stop. A second later, the remote command resets the alarm."""
+def test_a_reset_without_effect_does_not_change_the_fitted_delay() -> None:
+    """A reset without effect does not change the fitted delay, although the alarm ends later.
+
+    SI(16) turns ON in an emergency stop. A second later, the remote command resets the alarm.
+    """
     master = RecordedMaster(7, alarm_reset_delay=45.0)
     short_run(master)
     master.turn_and_wait("SI00", False)

@@ -12,7 +12,7 @@ from structured_text.errors import InputError
 
 
 def test_a_recording_of_days_is_not_replayed_in_cycles_of_5_ms(tmp_path: Path) -> None:
-    """A year would be 6,300,000,000 cycles.
+    """A recording of a year is refused, because its replay would need 6,300,000,000 cycles.
 
     Source: docs/reference/limits.md, files.
     """

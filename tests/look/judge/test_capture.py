@@ -1,4 +1,4 @@
-"""Capture files have link types, tags, times, and packets that are counted but not read."""
+"""Capture files are read: link types, tags and times. Packets of other protocols are counted."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ def _read(path: Path) -> tuple[Capture, list[Packet]]:
     ],
 )
 def test_every_link_type_is_read_alike(tmp_path: Path, link: int, tags: tuple[int, ...]) -> None:
-    """Ethernet pads short frames. The bytes after the datagram do not belong to it.
+    """All link types give the same packets. Ethernet padding after a datagram is ignored.
 
     Source: tcpdump.org, link-layer header types; IEEE 802.1Q; RFC 791, RFC 768.
     """
@@ -55,7 +55,9 @@ def test_a_segment_has_its_sequence_number_and_flags(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("kind", ["pcap", "nanoseconds", "pcapng"])
 def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str) -> None:
-    """Files count microseconds or nanoseconds. In pcapng, each interface has its own unit.
+    """The times of a capture are microseconds since its first packet, whatever unit the file uses.
+
+    Files use microseconds or nanoseconds. In pcapng, each interface has its own unit.
 
     Source: pcap and pcapng file formats (IETF opsawg drafts).
     """
@@ -87,12 +89,12 @@ def test_times_are_microseconds_from_the_first_packet(tmp_path: Path, kind: str)
         (ip("10.0.0.1", "10.0.0.2", 17, bytes(3)), 0x0800, "damaged IP headers"),
     ],
 )  # fmt: skip
-def test_unread_packets_are_counted_by_their_kind(
+def test_unread_packets_are_counted_by_protocol(
     tmp_path: Path, packet: bytes, kind: int, told: str
 ) -> None:
-    """0x0806 is ARP, 0x8864 is PPPoE.
+    """Packets that are not read are counted by protocol: 0x0806 is ARP, 0x8864 is PPPoE.
 
-    The fragments are a first part with more to come, and a later part.
+    The two IP fragments are a first one, with the flag "more fragments", and a later one.
     """
     file = pcap(tmp_path / "one.pcap", [(0, framed(packet, kind=kind)), (1, framed(DATAGRAM))])
     capture, packets = _read(file)
@@ -138,7 +140,7 @@ def test_a_wrong_capture_is_refused(tmp_path: Path, content: bytes, message: str
 
 
 def test_a_link_type_that_is_not_known_is_named(tmp_path: Path) -> None:
-    """Link type 105 is IEEE 802.11.
+    """The error message names an unknown link type. Link type 105 is IEEE 802.11.
 
     Source: tcpdump.org, link-layer header types.
     """
@@ -147,7 +149,7 @@ def test_a_link_type_that_is_not_known_is_named(tmp_path: Path) -> None:
 
 
 def test_interfaces_of_two_link_types_in_one_file_are_refused(tmp_path: Path) -> None:
-    """Libpcap reports one link type per file."""
+    """A file with interfaces of two link types is refused: libpcap reads one type per file."""
     frames = [(0, framed(DATAGRAM)), (1, framed(DATAGRAM, COOKED))]
     capture, _ = _read(pcapng(tmp_path / "two.pcapng", frames, (ETHERNET, COOKED)))
     assert "type" in capture.damage
@@ -160,7 +162,7 @@ def test_interfaces_of_one_link_type_may_be_several(tmp_path: Path) -> None:
     assert not capture.damage
 
 
-def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(tmp_path: Path) -> None:
+def test_a_packet_slightly_out_of_order_gets_the_latest_time_before_it(tmp_path: Path) -> None:
     """Source: docs/reference/limits.md, files."""
     hour = 3_600_000_000
     times = [10 * hour, 10 * hour + 100, 10 * hour + 90, 10 * hour + 150]
@@ -175,7 +177,7 @@ def test_packets_a_little_out_of_order_are_at_the_time_of_the_latest_before(tmp_
     [(-2, "the clock goes back by 2.000 s"), (400 * 86_400, "the clock goes ahead by 34560000 s")],
 )
 def test_a_clock_that_jumps_ends_the_capture(tmp_path: Path, seconds: int, how: str) -> None:
-    """The packets before the jump are read.
+    """If the clock of a capture jumps, only the packets before the jump are read.
 
     Source: docs/reference/limits.md, files.
     """

@@ -15,7 +15,7 @@ from rcx_harness.trace import read_trace
 from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
-_HEADER, _RECORD = 24, 16  # sizes of the header of a pcap file, and of the header of each packet
+_HEADER, _RECORD = 24, 16  # sizes of the headers [byte]: of a pcap file, and of each packet in it
 _COMMANDS = ["judge {} --quiet", "compare {} --quiet", "view {} -o page.html"]
 
 
@@ -26,7 +26,7 @@ def here(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 
 def _story() -> Story:
-    """Return a capture of a controller in AUTO mode without any request."""
+    """Return a capture in which the controller is in AUTO mode and the PLC requests nothing."""
     story = Story()
     story.open(0)
     for k in range(1, 31):
@@ -84,7 +84,10 @@ _DAMAGES += [_clock_back, _clock_ahead]
 def test_a_capture_that_is_damaged_is_reported(
     here: Path, capsys: Captured, damage: Callable[[bytearray], None], command: str
 ) -> None:
-    """Source: a defect report: 16 of 22 s were ignored, with "answers the same" and exit code 0."""
+    """Every command reports a damaged capture with exit code 2.
+
+    Source: a defect report: 16 of 22 s were ignored, with "answers the same" and exit code 0.
+    """
     whole = pcap(here / "cell.pcap", _story().frames())
     assert main(command.format(whole).split()) in (0, 1)
     capsys.readouterr()
@@ -112,7 +115,9 @@ def test_a_wrong_block_length_is_reported(here: Path, capsys: Captured, command:
 
 
 def test_compare_reports_missing_packets(here: Path, capsys: Captured) -> None:
-    """The file is complete, but packets for 20 ms are missing, as the packet numbers show.
+    """`rcx compare` reports missing packets in a file that is not damaged.
+
+    The packet numbers show that the packets of 20 ms are missing.
 
     Source: a defect report: a hole in the middle.
     """
@@ -144,7 +149,10 @@ def _scan(number: int, t_us: int) -> str:
 def test_a_trace_with_a_hole_is_damaged_at_its_line(
     here: Path, scans: list[tuple[int, int]], message: str
 ) -> None:
-    """Source: a defect report: scans are numbered one by one."""
+    """A trace with a missing scan is reported as damaged, with the line of the gap.
+
+    Source: a defect report: each scan number is one higher than the last.
+    """
     file = here / "trace.jsonl"
     file.write_text(_HEAD + "".join(_scan(*one) for one in scans))
     with pytest.raises(InputError) as raised:
@@ -154,7 +162,10 @@ def test_a_trace_with_a_hole_is_damaged_at_its_line(
 
 
 def test_a_trace_of_changes_has_gaps(here: Path) -> None:
-    """Source: files.md: `only` says that the records without a change are left out."""
+    """A trace that was written with `only` may have gaps, because it contains only changes.
+
+    Source: files.md, `only`.
+    """
     file = here / "trace.jsonl"
     head = _HEAD.replace("}", ',"only":"changes"}')
     file.write_text(head + _scan(0, 0) + _scan(7, 70_000))

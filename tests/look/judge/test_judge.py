@@ -20,9 +20,9 @@ MS = 1_000
 
 
 class Recording:
-    """A recording of a PLC and a controller.
+    """A recording of a PLC and a controller, built change by change.
 
-    A test gives their changes; areas repeat every 10 ms.
+    Between two changes, both areas are repeated every 10 ms.
     """
 
     def __init__(self) -> None:
@@ -34,26 +34,29 @@ class Recording:
         self.until(10 * MS)
 
     def until(self, end_us: int) -> None:
-        """Repeat the current areas until this time [us]."""
+        """Add packets with the current areas until this time [us]."""
         while self._now_us < end_us:
             self._now_us += 10 * MS
             self.story.both(self._now_us, self._si, self._so)
 
     def plc(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
-        """Change the PLC's area from this time on."""
+        """Change the area that the PLC sends, from this time on."""
         self.until(at_us - 10 * MS)
         self._si = area(words, dedicated)
         self.until(at_us)
 
     def robot(self, at_us: int, dedicated: int, words: dict[int, int] | None = None) -> None:
-        """Change the controller's area from this time on, 0.5 ms after a packet of the PLC."""
+        """Change the area that the controller sends, from this time on.
+
+        A packet of the controller follows a packet of the PLC by 0.5 ms.
+        """
         self.until(at_us - 10 * MS)
         self._so = area(words, dedicated)
         self.until(at_us)
 
 
 class Verdict:
-    """The judgement of a recording."""
+    """The result of `rcx judge` for a recording."""
 
     def __init__(self, folder: Path, made: Recording | Story, **options: object) -> None:
         story = made.story if isinstance(made, Recording) else made
@@ -64,16 +67,16 @@ class Verdict:
 
     @property
     def rules(self) -> list[str]:
-        """Return the names of the broken rules."""
+        """Return the names of the broken rules, in the order of the findings."""
         return [one.rule for one in self.result.findings]
 
     @property
     def text(self) -> str:
-        """Return the words of all findings."""
+        """Return the texts of all findings."""
         return "\n".join(one.text for one in self.result.findings)
 
     def times(self, what: str) -> tuple[int, int, int]:
-        """Return count, median and maximum of a kind of response time."""
+        """Return count, median and maximum of the response times with this label."""
         found = self.result.followers[1].times[what]
         return found.count, found.percentile_us(0.5), found.longest_us
 
@@ -93,7 +96,7 @@ def _powered() -> Recording:
 
 
 def _moved(made: Recording, at_us: int = 1_000 * MS) -> None:
-    """Add MOVE, PTP to point 19: data, code, run after 20 ms, end 300 ms later, reset."""
+    """Add a PTP movement to point 19: data, code, run after 20 ms, end 300 ms later, reset."""
     data = {8: 19}
     made.plc(at_us - 20 * MS, 0x41, data)
     made.plc(at_us, 0x41, {0: 1, **data})
@@ -121,9 +124,10 @@ def test_a_good_start_and_a_good_movement_break_no_rule(tmp_path: Path) -> None:
 
 
 def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
-    """Two movements take 20.5 ms to 16#0100, 300 ms more to the end, and 10.5 ms for the reset.
+    """Response times are measured between packets, here 20.5, 300 and 10.5 ms for each movement.
 
-    The controller's packets come half a millisecond after the PLC's packets.
+    They are the times to status 16#0100, to the end, and of the reset. The controller sends half a
+    millisecond after the PLC.
     """
     made = _powered()
     _moved(made)
@@ -142,10 +146,11 @@ def test_response_times_are_those_of_the_packets(tmp_path: Path) -> None:
     }  # fmt: skip
 
 
-def test_each_dedicated_answer_is_timed_and_what_has_none_is_counted(tmp_path: Path) -> None:
-    """An emergency stop has SO(00) and SO(03) ON and SO(02) OFF.
+def test_each_dedicated_answer_is_timed_and_missing_answers_are_counted(tmp_path: Path) -> None:
+    """Each answer to a dedicated input has a response time; a missing answer is counted.
 
-    A reset and a start without an answer follow.
+    The emergency stop switches SO(00), SO(03) and SO(02). A reset follows, and a start without an
+    answer.
 
     Source: manual chapter 5, 3.1 and 3.2.
     """
@@ -168,13 +173,13 @@ def test_each_dedicated_answer_is_timed_and_what_has_none_is_counted(tmp_path: P
     assert verdict.rules == []
 
 
-#: Changes of one side: time [ms], dedicated bits, words by the position of their bytes.
+#: Changes of PLC or controller: time [ms], dedicated bits, and words by their byte position.
 Change = tuple[str, int, int, dict[int, int]]
 _RUN, _END, _ABNORMAL = {0: 0x0100}, {0: 0x0200}, {0: 0x4000, 2: 12, 4: 600}
 _OUT = ("plc", 1_000, 0x41, {0: 1})
 _ENDED = ("robot", 1_020, SERVO, _END)
 
-#: Events from 1 s on, the rule that they break, and words of the finding.
+#: Maps a name to events from 1 s on, the rule that they break, and text of the finding.
 _BROKEN: dict[str, tuple[list[Change], str, str]] = {
     "an edge after 90 ms": ([("plc", 1_000, 0x8041, {}), ("plc", 1_090, 0x41, {})], "interval",
                             "plc, packet 219: interval: SI(17) OFF only 90 ms after SI(17) ON"),
@@ -212,7 +217,7 @@ _BROKEN: dict[str, tuple[list[Change], str, str]] = {
 
 
 def _recorded(name: str, until_us: int = 0) -> Recording:
-    """Return a recording that breaks the rule of this name; the servos are on from the start."""
+    """Return a recording with the events of this name. The servos are on from the start."""
     made = _powered()
     for side, at_ms, dedicated, words in _BROKEN[name][0]:
         (made.plc if side == "plc" else made.robot)(at_ms * MS, dedicated, words)
@@ -222,7 +227,9 @@ def _recorded(name: str, until_us: int = 0) -> Recording:
 
 @pytest.mark.parametrize("name", _BROKEN)
 def test_each_rule_of_both_sides_is_judged(tmp_path: Path, name: str) -> None:
-    """The packets at 10 k ms have number 2 k + 1 (PLC) and 2 k + 2 (controller).
+    """Every broken rule of PLC and controller is found, at the packet that breaks it.
+
+    At the time 10 k ms, packet 2 k + 1 is of the PLC and packet 2 k + 2 of the controller.
 
     Source: manual chapter 5, 1, 2 and 3 (caution); guide 1.1, 1.2, 2 and 4.1.
     """
@@ -241,12 +248,12 @@ def test_each_rule_of_both_sides_is_judged(tmp_path: Path, name: str) -> None:
         (100_000, 0, []),
     ],
 )
-def test_the_interval_is_judged_to_the_tolerance(
+def test_the_interval_is_judged_with_a_tolerance(
     tmp_path: Path, gap_us: int, tolerance_us: int, found: list[str]
 ) -> None:
-    """The limit is 100 ms (manual chapter 5, 3, caution).
+    """An interval below 100 ms is reported only if the difference exceeds the tolerance.
 
-    A capture's clock differs from the PLC's.
+    The clock of a capture differs from the clock of the PLC. Source: manual chapter 5, 3, caution.
     """
     made = _powered()
     made.plc(1_000 * MS, 0x8041)
@@ -258,8 +265,8 @@ def test_the_interval_is_judged_to_the_tolerance(
 @pytest.mark.parametrize(
     "name", ["an edge after 90 ms", "a code taken back", "an end without a reset"]
 )
-def test_no_rule_is_judged_across_packets_that_are_missing(tmp_path: Path, name: str) -> None:
-    """Without the packet before a change, there is no area to compare with."""
+def test_no_rule_is_judged_across_missing_packets(tmp_path: Path, name: str) -> None:
+    """If packets are missing, no rule is checked between the packets before and after the gap."""
     made = _recorded(name, 2_200 * MS)
     made.story.packets = [
         (t_us, data)
@@ -272,8 +279,11 @@ def test_no_rule_is_judged_across_packets_that_are_missing(tmp_path: Path, name:
     assert any("no rule was checked there" in line for line in summary(verdict.result))
 
 
-def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Path) -> None:
-    """SI(17) is ON for 90 ms. Every second packet of that time is missing."""
+def test_a_missing_packet_without_a_change_hides_no_fault(tmp_path: Path) -> None:
+    """A fault is found although packets without a change are missing.
+
+    SI(17) is ON for 90 ms. Every second packet of that time is missing.
+    """
     made = _recorded("an edge after 90 ms")
     changed = (1_000 * MS, 1_010 * MS, 1_080 * MS, 1_090 * MS)
     made.story.packets = [
@@ -287,7 +297,11 @@ def test_a_missing_packet_in_which_nothing_happened_hides_no_fault(tmp_path: Pat
 
 
 def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
-    """Data must come one scan before the code (guide 1.1), but packets may be further apart."""
+    """If data and code change in the same packet, the output notes that their order is unknown.
+
+    Data must come one scan before the code (guide 1.1), but the interval of packets may be
+    longer.
+    """
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 1, 8: 19})
     made.until(1_100 * MS)
@@ -300,7 +314,10 @@ def test_data_that_come_with_their_code_are_noted(tmp_path: Path) -> None:
 
 
 def test_an_abnormal_end_is_shown_with_its_alarm(tmp_path: Path) -> None:
-    """Group is in m+2, category in m+4. 12.600 is the emergency stop (guide 1.2)."""
+    """An abnormal end is shown with its alarm: group in m+2, category in m+4.
+
+    12.600 is the emergency stop (guide 1.2).
+    """
     made = _powered()
     made.plc(1_000 * MS, 0x41, {0: 0x1001})
     made.robot(1_020 * MS, SERVO, {0: 0x4000, 2: 12, 4: 600})
@@ -310,7 +327,7 @@ def test_an_abnormal_end_is_shown_with_its_alarm(tmp_path: Path) -> None:
 
 
 def test_an_end_is_timed_once_and_a_reserved_bit_reported_once(tmp_path: Path) -> None:
-    """Reserved bit 5 of m+32 stays ON while other bits of the byte change."""
+    """A reserved bit that stays ON is reported once, although other bits of its byte change."""
     made = _recorded("two ends")
     made.robot(1_200 * MS, SERVO | 0x20, {0: 0x4000, 2: 12, 4: 600})
     made.robot(1_300 * MS, IDLE | 0x20, {0: 0x4000, 2: 12, 4: 600})
@@ -319,8 +336,11 @@ def test_an_end_is_timed_once_and_a_reserved_bit_reported_once(tmp_path: Path) -
     assert verdict.times("MovePtp: from code to end") == (1, 20_500, 20_500)
 
 
-def test_a_command_from_before_the_recording_breaks_no_rule(tmp_path: Path) -> None:
-    """A command changed before the recording ends with 16#0100, then 16#0000 (guide 1.1)."""
+def test_a_command_sent_before_the_recording_breaks_no_rule(tmp_path: Path) -> None:
+    """A command that was sent before the recording began breaks no rule.
+
+    Its status goes from 16#0100 to 16#0000, because its code was changed before (guide 1.1).
+    """
     story = Story()
     story.open(0)
     for k in range(1, 20):
@@ -343,8 +363,8 @@ def test_events_and_chart_can_be_those_of_a_part(tmp_path: Path) -> None:
     assert verdict.times("MovePtp: ran")[0] == 1
 
 
-def test_a_long_recording_fills_the_chart_and_no_more(tmp_path: Path) -> None:
-    """The chart shows 400 moments. The output says where the rest begins."""
+def test_the_chart_of_a_long_recording_has_at_most_400_moments(tmp_path: Path) -> None:
+    """The chart of a long recording ends after 400 moments. A line says where the rest begins."""
     made = Recording()
     for k in range(500):
         made.robot((k + 2) * 10 * MS, IDLE | (k % 2) << 13)
@@ -391,7 +411,10 @@ def test_a_capture_of_the_wrong_traffic_says_what_is_in_it(tmp_path: Path) -> No
 
 
 def _cycles(file: Path, *cycles: tuple[dict[int, int], int]) -> Judgement:
-    """Return the judgement of a trace of rcx serve: the PLC's words and the status per cycle."""
+    """Return the judgement of a trace of `rcx serve`.
+
+    Each cycle has words of the PLC and a status.
+    """
     lines = [{"format": "rcx-trace/1", "by": "rcx serve", "size": 48, "cycle_us": 5_000}]
     for number, (words, status) in enumerate(cycles):
         si, so = area(words, 0x41), area({0: status}, SERVO)
@@ -402,7 +425,10 @@ def _cycles(file: Path, *cycles: tuple[dict[int, int], int]) -> Judgement:
 
 
 def test_in_a_trace_the_plc_reads_the_status_one_cycle_late(tmp_path: Path) -> None:
-    """A controller accepts a code and shows 0x0100 in the same cycle.
+    """In a trace, status 0x0100 in the cycle of the code breaks no rule.
+
+    The controller accepts a code and shows 0x0100 in the same cycle, and the PLC reads it one cycle
+    later.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """

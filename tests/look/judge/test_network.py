@@ -1,4 +1,4 @@
-"""Connections in a capture are recognised by Forward Opens and followed by their identifiers."""
+"""Connections in a capture are detected by Forward Opens, and followed by identifiers."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ HOST = bytes([192, 168, 0, 10])
 
 
 class Heard:
-    """The result of judging a capture."""
+    """The judgement of a capture: the printed text, the controllers and the trace."""
 
     def __init__(self, folder: Path, *stories: Story, **options: object) -> None:
         packets = sorted((one for story in stories for one in story.frames()), key=lambda p: p[0])
@@ -32,7 +32,7 @@ class Heard:
 
     @property
     def robots(self) -> list[Robot]:
-        """Return the controllers in the order in which they appear."""
+        """Return the controllers in the order in which they appear in the capture."""
         assert self.result.network is not None
         return list(self.result.network.robots.values())
 
@@ -42,7 +42,7 @@ class Heard:
 
 
 def _quiet(story: Story, begin_us: int = 0, packets: int = 10) -> Story:
-    """Open a connection, and repeat the same areas every 10 ms."""
+    """Return a capture of a connection whose areas are repeated every 10 ms without a change."""
     story.open(begin_us)
     for k in range(1, packets + 1):
         story.both(begin_us + 10_000 * k, FREE, OK)
@@ -50,7 +50,10 @@ def _quiet(story: Story, begin_us: int = 0, packets: int = 10) -> Story:
 
 
 def test_a_connection_is_followed_from_its_forward_open_to_its_close(tmp_path: Path) -> None:
-    """The Forward Open of an owner has 54 bytes to the controller, 50 bytes from it, and 10 ms."""
+    """A connection is followed from its Forward Open to its Forward Close.
+
+    The owner asks for 54 bytes to the controller, 50 bytes from the controller, and 10 ms.
+    """
     story = _quiet(Story())
     story.close(200_000)
     (robot,) = Heard(tmp_path, story).robots
@@ -76,7 +79,7 @@ def test_a_connection_is_followed_from_its_forward_open_to_its_close(tmp_path: P
     ids=["route", "electronic key", "no configuration", "16 bit", "no header", "large"],
 )
 def test_forward_opens_of_many_kinds_are_understood(tmp_path: Path, fields: dict[str, str]) -> None:
-    """0x4832 to the controller means 50 bytes, without the run/idle header.
+    """Forward Opens with different options are read. 0x4832 is 50 bytes without run/idle header.
 
     Source: CIP volume 1, chapter 3, 5.5.2; appendix C, 1.4.
     """
@@ -107,10 +110,11 @@ def test_a_forward_open_in_an_unconnected_send_is_understood(tmp_path: Path) -> 
     assert robot.connections[0].to_master.packets == 1
 
 
-def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(tmp_path: Path) -> None:
-    """An owner and a reader share the controller's packets.
+def test_multicast_packets_belong_to_the_controller_that_sends_them(tmp_path: Path) -> None:
+    """Packets to a multicast group belong to the controller that sends them.
 
-    The reader continues after the owner has closed its connection.
+    An owner and a reader share these packets. The reader continues after the owner has closed its
+    connection.
 
     Source: CIP volume 1, chapter 3: multicast connections share one connection id.
     """
@@ -127,8 +131,11 @@ def test_packets_to_a_multicast_group_are_of_the_controller_that_sends_them(tmp_
     assert robot.so == area(dedicated=0x0112)
 
 
-def test_a_reader_beside_the_owner_does_not_count_as_what_the_plc_reads(tmp_path: Path) -> None:
-    """The reader's own packets come at other times and may be older than the owner's."""
+def test_packets_to_a_reader_are_not_data_read_by_the_plc(tmp_path: Path) -> None:
+    """Packets to a reader are not used as data that the PLC has read.
+
+    They are sent at other times, and may be older than the packets to the owner.
+    """
     owner, reader = _quiet(Story()), Story("192.168.0.2", o_to_t=0x33, t_to_o=0x44)
     reader.open(5_000, o_to_t="0248", path="2004 2405 2CC6 2C64")
     owner.to_plc(200_000, area(dedicated=0x0316))
@@ -140,7 +147,10 @@ def test_a_reader_beside_the_owner_does_not_count_as_what_the_plc_reads(tmp_path
 
 
 def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> None:
-    """Each adapter chooses its own identifiers."""
+    """If two controllers use the same connection identifier, their packets are not mixed up.
+
+    Each adapter chooses its own identifiers.
+    """
     first, second = _quiet(Story()), _quiet(Story(controller="192.168.0.11"), 3_000, 5)
     second.both(100_000, FREE, area(dedicated=0x0112))
     heard = Heard(tmp_path, first, second)
@@ -150,8 +160,8 @@ def test_equal_identifiers_of_two_controllers_are_distinct(tmp_path: Path) -> No
                for line in heard.lines)  # fmt: skip
 
 
-def test_a_connection_that_is_opened_again_is_a_new_one(tmp_path: Path) -> None:
-    """The packet numbers restart, and the areas of the old connection are not used."""
+def test_a_reopened_connection_counts_as_a_new_connection(tmp_path: Path) -> None:
+    """After a new Forward Open, packet numbers restart, and old areas are not compared."""
     story = _quiet(Story())
     story.open(1_000_000)
     story.both(1_010_000, area(dedicated=0x8043), OK)
@@ -166,7 +176,7 @@ def test_a_connection_that_is_opened_again_is_a_new_one(tmp_path: Path) -> None:
 
 
 def test_a_refused_connection_is_reported_with_its_reason(tmp_path: Path) -> None:
-    """The status 0x0106 means that another master owns the outputs.
+    """A refused Forward Open is reported with its reason, here 0x0106 (ownership conflict).
 
     Source: CIP volume 1, chapter 3, 5.6.
     """
@@ -179,7 +189,7 @@ def test_a_refused_connection_is_reported_with_its_reason(tmp_path: Path) -> Non
 
 
 def test_other_devices_are_counted_and_not_judged(tmp_path: Path) -> None:
-    """Connection points 101 and 102, or areas of 32 bytes, do not belong to a controller."""
+    """Connections to other devices are counted. Their connection points or sizes differ."""
     story = _quiet(Story())
     drive = Story(controller="192.168.0.20")
     drive.open(0, path="2004 2405 2C65 2C66")
@@ -200,7 +210,7 @@ def test_other_devices_are_counted_and_not_judged(tmp_path: Path) -> None:
 
 
 def _headless(story: Story) -> Story:
-    """Return the capture without its first two packets, the Forward Open and its answer."""
+    """Return a capture without a Forward Open and its answer, as if recording began later."""
     del story.packets[:2]
     return story
 
@@ -275,7 +285,10 @@ def test_the_size_of_the_options_is_the_only_one(
 
 
 def test_a_named_controller_is_the_only_one_and_may_have_other_instances(tmp_path: Path) -> None:
-    """Another adapter has the same sizes, at points 0x70 and 0x71."""
+    """With `--controller`, only the named device is judged, at any connection points.
+
+    Another adapter has the same sizes, at points 0x70 and 0x71.
+    """
     other = Story(controller="192.168.0.20")
     other.open(0, path="2004 2405 2C70 2C71")
     other.both(10_000, FREE, OK)
@@ -284,7 +297,10 @@ def test_a_named_controller_is_the_only_one_and_may_have_other_instances(tmp_pat
 
 
 def test_an_idle_header_and_a_time_out_are_reported(tmp_path: Path) -> None:
-    """The time-out of this Forward Open is 16 intervals of 10 ms (multiplier 2)."""
+    """An idle header and a time-out of the connection are reported.
+
+    The time-out of this Forward Open is 16 intervals of 10 ms (multiplier 2).
+    """
     story = _quiet(Story())
     story.to_robot(110_000, FREE, run=False)
     story.to_plc(110_500, OK)

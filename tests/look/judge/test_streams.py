@@ -26,8 +26,10 @@ def _data(streams: Streams, segments: Iterable[Packet]) -> list[bytes]:
 
 
 @pytest.mark.parametrize("first", [0, 1000, 0xFFFFFFF0])
-def test_frames_come_out_whole_however_the_segments_cut_them(first: int) -> None:
-    """Sequence numbers wrap at 32 bits.
+def test_frames_are_read_whole_from_any_segments(first: int) -> None:
+    """Frames are read whole, at whatever bytes the TCP segments divide them.
+
+    Sequence numbers wrap at 32 bits.
 
     Source: RFC 9293, 3.4.
     """
@@ -40,8 +42,8 @@ def test_frames_come_out_whole_however_the_segments_cut_them(first: int) -> None
         assert found == [b"first one", b"second", b"the third of them"]
 
 
-def test_a_repeated_segment_counts_once_and_a_late_one_in_its_place() -> None:
-    """Source: RFC 9293, 3.10.7.4: what was received already is trimmed off."""
+def test_a_repeated_segment_is_used_once_and_a_late_segment_in_order() -> None:
+    """Source: RFC 9293, 3.10.7.4: bytes that were already received are removed."""
     at_two, at_three = 100 + len(ONE), 100 + len(ONE) + len(TWO)
     segments = [_segment(100, ONE), _segment(100, ONE), _segment(at_three, THREE),
                 _segment(100 + 10, (ONE + TWO)[10:]), _segment(at_two, TWO)]  # fmt: skip
@@ -80,10 +82,10 @@ def test_a_new_connection_of_the_same_ports_begins_anew() -> None:
     assert _data(Streams(), ended) == [b"second"]
 
 
-def test_memory_does_not_grow_with_what_never_ends() -> None:
-    """A frame has 64 KiB at most.
+def test_memory_does_not_grow_with_incomplete_frames() -> None:
+    """Connections with incomplete frames use limited memory: the oldest connections are dropped.
 
-    Of 2,000 connections with half a frame each, the oldest are dropped.
+    A frame has 64 KiB at most. The test opens 2,000 connections with half a frame each.
     """
     streams = Streams()
     for port in range(2000):

@@ -1,4 +1,4 @@
-"""Response times are exact while they are few, then to half a per cent, in constant memory."""
+"""Few response times are stored exactly; many are stored to half a per cent, in constant memory."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from rcx_harness.look.judge.follow import Times
 
 
 def test_few_times_are_exact() -> None:
-    """Of five times, the third is the median, and the fifth is the 99 % limit."""
+    """Few times are exact: of five, the third is the median, and the fifth is the 99 % limit."""
     times = Times()
     for one in (40, 10, 50, 20, 30):
         times.add(one)
@@ -20,8 +20,11 @@ def test_few_times_are_exact() -> None:
     assert Times().percentile_us(0.5) == 0
 
 
-def test_many_times_are_right_to_half_a_per_cent() -> None:
-    """The times are 1 to 100,000 us in a random order, so the median is 50,000 us."""
+def test_many_times_are_correct_to_half_a_per_cent() -> None:
+    """The median of many times is correct to half a per cent.
+
+    The times are 1 to 100,000 us in a random order, so the median is 50,000 us.
+    """
     times = Times()
     for k in range(100_000):
         times.add(k * 7919 % 100_000 + 1)
@@ -34,7 +37,7 @@ def test_many_times_are_right_to_half_a_per_cent() -> None:
 
 
 def test_memory_does_not_grow_with_the_number_of_times() -> None:
-    """A day of answers between 0 us and an hour needs some thousand numbers."""
+    """A day of response times between 0 us and an hour is stored in some thousand numbers."""
 
     def kept(times: Times) -> int:
         return sum(sys.getsizeof(part) for part in vars(times).values())

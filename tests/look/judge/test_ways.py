@@ -1,4 +1,7 @@
-"""Packets of one direction of a connection are checked: numbers, counts, lengths and silence."""
+"""The packets of one direction of a connection are checked.
+
+The checks concern packet numbers, sequence counts, lengths, and pauses.
+"""
 
 from __future__ import annotations
 
@@ -9,7 +12,7 @@ from rcx_harness.look.judge.ways import Arrival, Way
 
 
 def _numbers(way: Way, numbers: list[int]) -> list[int]:
-    """Pass packets with these numbers to the monitor, and return the accepted numbers."""
+    """Pass packets with these numbers to the monitor, and return the numbers that it accepts."""
     used = []
     for at, number in enumerate(numbers):
         content = (at & 0xFFFF).to_bytes(2, "little") + at.to_bytes(4, "little")
@@ -21,7 +24,9 @@ def _numbers(way: Way, numbers: list[int]) -> list[int]:
 
 @pytest.mark.parametrize("first", [1, 0xFFFFFFF0 - 6, 0x7FFFFFFA, 0xFFFA])
 def test_packets_are_counted_as_lost_doubled_and_late(first: int) -> None:
-    """Number 4 comes after 5, 7 never, and 8 twice. The count of 32 bits may wrap in between.
+    """Lost, doubled and late packets are counted: 4 comes after 5, 7 never, and 8 twice.
+
+    The number of 32 bits may wrap in between.
 
     Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3: a number is newer if it is
     ahead by less than half of all numbers.
@@ -34,18 +39,18 @@ def test_packets_are_counted_as_lost_doubled_and_late(first: int) -> None:
 
 
 def test_doubled_packets_are_not_lost() -> None:
-    """A mirror port of both directions, or the interface `any`, shows a packet twice."""
+    """A packet that is captured twice counts as doubled, not as lost.
+
+    A mirror port of both directions, or the interface `any`, shows a packet twice.
+    """
     way = Way(4, header=False)
     assert len(_numbers(way, [n for n in range(100) for _ in range(2)])) == 100
     assert (way.packets, way.lost, way.doubled, way.late) == (200, 0, 100, 0)
 
 
 @pytest.mark.parametrize("begin", [1, 0x40000000])
-def test_numbers_that_begin_anew_are_taken_up(begin: int) -> None:
-    """A restarted device continues with other numbers.
-
-    The numbers between are not counted as lost.
-    """
+def test_restarted_packet_numbers_are_accepted(begin: int) -> None:
+    """If a restarted device continues with other numbers, the numbers between are not lost."""
     way = Way(4, header=False)
     used = _numbers(way, [*range(5000, 5020), *range(begin, begin + 40)])
     assert used[-30:] == list(range(begin + 10, begin + 40))
@@ -67,8 +72,10 @@ def test_new_data_come_with_the_gap_before_them() -> None:
     assert way.silent_us == way.longest_us == 40_001
 
 
-def test_the_sequence_count_wraps_and_old_ones_with_new_data_are_counted() -> None:
-    """The count of 16 bits changes with new data. After 0xFFFF comes 0.
+def test_the_sequence_count_wraps_and_stale_counts_are_reported() -> None:
+    """The sequence count of 16 bits wraps, and new data with an old count are reported.
+
+    The count changes with new data. After 0xFFFF comes 0.
 
     Source: CIP volume 1, chapter 3, transport class 1.
     """

@@ -28,7 +28,7 @@ from rcx_harness.robot.stored import Hand, Pallet, Point
 from rcx_harness.spec.wire import CYCLE_US
 from structured_text.errors import InputError
 
-#: Data with the largest numbers, both units, all flags, and texts that a file has to quote.
+#: Data with the largest numbers, both units, all flags, and texts that need quotes in a file.
 _CONFIG: dict[str, Any] = {
     "axes": (*(Axis(),) * 3, Axis(robot=2)),
     "points": {
@@ -59,7 +59,7 @@ def _read(**config: Any) -> Stored:
 
 
 @pytest.mark.parametrize("filler", ["zeros", "spaces"])
-def test_everything_that_is_stored_is_read_and_what_is_not_is_left_out(filler: str) -> None:
+def test_only_stored_data_are_read(filler: str) -> None:
     """Source: guide 4.3.1 to 4.3.5."""
     found = _read(**_CONFIG, comment_filler=filler)
     assert found.of("points") == {(0, n): point for n, point in _CONFIG["points"].items()}
@@ -71,8 +71,11 @@ def test_everything_that_is_stored_is_read_and_what_is_not_is_left_out(filler: s
     assert (hands[1, 2], hands[2, 3]) == (Hand((100, -1, 2, 0)), Hand((7, 8, 9, 1)))
 
 
-def test_a_file_brings_back_what_was_written_to_it(tmp_path: Path) -> None:
-    """The values are exact to the last digit, and the file is a robot file."""
+def test_a_file_returns_the_data_that_were_written_to_it(tmp_path: Path) -> None:
+    """Data that are read back from a file are equal to the written data, to the last digit.
+
+    The file is a robot file.
+    """
     found = _read(**_CONFIG)
     file = tmp_path / "points.toml"
     file.write_text(as_toml(found, ["head"]), encoding="utf-8")
@@ -107,7 +110,9 @@ def test_csv_has_a_line_for_each_point_and_each_comment() -> None:
 @pytest.mark.parametrize(
     ("text", "found"), [(" A", " A"), ("A\t", "A\t"), ("A\0B", "A\0B"), ("", None)]
 )
-def test_only_its_filler_ends_a_comment(text: str, found: str | None, filler: str) -> None:
+def test_only_the_filler_after_a_comment_is_removed(
+    text: str, found: str | None, filler: str
+) -> None:
     """Source: guide 4.3.2."""
     line = StationLine(RobotConfig(comment_filler=filler))
     line.controller.machine.memory.comments[1] = text
@@ -116,7 +121,10 @@ def test_only_its_filler_ends_a_comment(text: str, found: str | None, filler: st
 
 
 def test_a_comment_with_a_byte_beyond_ascii_is_read_as_it_is() -> None:
-    """A virtual controller has no such text, so the test sets bit 7 of the first letter."""
+    """A comment with a byte above 16#7F is read without a change.
+
+    A virtual controller has no such comment, so the test sets bit 7 of the first letter.
+    """
     line, key = StationLine(RobotConfig(comments={1: "1 A"})), ("comments", 0, 1)
     read = line.read
 
@@ -132,7 +140,9 @@ def test_a_comment_with_a_byte_beyond_ascii_is_read_as_it_is() -> None:
 
 
 def test_points_of_one_controller_are_stored_by_another() -> None:
-    """Only the parts of a definition are stored; the old comment is removed.
+    """Points that are read from one controller can be written to another controller.
+
+    The data of a definition are stored, and an old comment is removed.
 
     Source: guide 4.3
     """
@@ -170,8 +180,8 @@ def test_another_alarm_ends_it_and_names_the_point() -> None:
     assert Carrier(line, ["4.209"]).read([("points", 0, 7)], _quiet).values == {}
 
 
-def test_a_definition_that_is_refused_ends_it() -> None:
-    """The pendant has the authority to operate, so commands are refused.
+def test_a_refused_definition_ends_the_transfer() -> None:
+    """A refused definition ends the transfer. The pendant has the control authority here.
 
     Source: guide 3, remark.
     """
@@ -191,7 +201,7 @@ def test_a_definition_that_is_refused_ends_it() -> None:
         ),
     ],
 )
-def test_a_command_is_held_until_its_end_or_the_end_of_patience(verb: str, text: str) -> None:
+def test_a_command_is_held_until_its_end_or_the_time_out(verb: str, text: str) -> None:
     """Source: guide 1.1, note."""
     line = StationLine(RobotConfig(command_delay=10_000.0))
     carrier = Carrier(line, timeout_us=4_000_000)
@@ -204,7 +214,7 @@ def test_a_command_is_held_until_its_end_or_the_end_of_patience(verb: str, text:
     assert line.now_us > 4_000_000
 
 
-def test_a_slow_controller_is_waited_for() -> None:
+def test_the_transfer_waits_for_a_slow_controller() -> None:
     """Source: guide 1.1, note."""
     points = {n: Point((n, 0, 0, 0, 0, 0)) for n in (1, 2)}
     for slow in ("command_delay", "command_accept_delay", "status_reset_delay"):
@@ -214,8 +224,10 @@ def test_a_slow_controller_is_waited_for() -> None:
         assert Carrier(line).read(keys, _quiet).of("points") == {(0, n): points[n] for n in (1, 2)}
 
 
-def test_an_old_status_is_never_taken_for_a_new_answer() -> None:
-    """The controller takes longer to reset its status than the longest wait.
+def test_an_old_status_is_never_used_as_a_new_answer() -> None:
+    """If the status reset takes longer than the longest wait, the old status is not used.
+
+    Nothing more is sent.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """
@@ -261,7 +273,7 @@ def test_the_answer_of_another_number_is_refused(key: Key, byte: int, text: str)
 
 @pytest.mark.parametrize("packet_us", [5_000, 10_000, 100_000])
 def test_the_data_of_a_command_are_there_before_its_code(packet_us: int) -> None:
-    """The data have a packet of their own, for two cycles of the controller.
+    """The data of a command are sent in an earlier packet than its code, for two cycles.
 
     Source: guide 2, steps 1 and 2; guide 1.1, command data are entered before.
     """
@@ -321,7 +333,9 @@ def test_a_lost_connection_is_reported() -> None:
         ("[[[", "TOML"),
     ],
 )
-def test_a_file_that_is_none_gets_one_message(tmp_path: Path, text: str, message: str) -> None:
+def test_a_file_without_valid_tables_gets_one_message(
+    tmp_path: Path, text: str, message: str
+) -> None:
     file = tmp_path / "a.toml"
     file.write_text(text, encoding="utf-8")
     with pytest.raises(InputError) as error:
@@ -330,8 +344,8 @@ def test_a_file_that_is_none_gets_one_message(tmp_path: Path, text: str, message
     assert str(file) in str(error.value)
 
 
-def test_only_the_tables_of_the_file_count(tmp_path: Path) -> None:
-    """A robot file without points does not use the points of the manual's examples."""
+def test_only_the_tables_of_the_file_are_written(tmp_path: Path) -> None:
+    """Only the tables of the file are written. Points of the manual's examples are not added."""
     file = tmp_path / "a.toml"
     file.write_text("[comments]\n1 = 'A  '\n2 = ''\n", encoding="utf-8")
     stored = from_toml(file)

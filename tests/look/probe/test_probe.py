@@ -1,4 +1,4 @@
-"""rcx probe is run on a virtual controller, with every key set to several values."""
+"""`rcx probe` is run on a virtual controller, with several values of every key."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ from rcx_harness.trace import read_trace
 from structured_text.output.toml_files import parse_toml
 from tiers import sampled
 
-#: For each question: its keys, each with the assumed value and other values.
+#: Maps each question to its keys, with the assumed value and other values of each key.
 KEYS: dict[str, dict[str, tuple[Any, ...]]] = {
     "versions": {"host_version": (0x0108, 0x0112), "host_revision": (0x0030, 0x0031),
                  "fpga_version": (0x1001, 0x1002), "driver_version": (0x0101, 0x0201)},
@@ -101,13 +101,13 @@ def _prepare(line: StationLine) -> None:
 
 
 def _agreed(line: StationLine) -> Person:
-    """Return a simulated user who confirms every step and does everything at the cell."""
+    """Return a simulated user, who confirms every step and does all manual work at the cell."""
     return Person(lambda one: True, line.happen, lambda text: None)
 
 
 @pytest.mark.parametrize(("name", "key", "value"), sampled(CASES, 3))
-def test_the_report_is_right_with_every_key_set_both_ways(name: str, key: str, value: Any) -> None:
-    """A correct assumption is confirmed. A wrong one is refuted, with the controller's value."""
+def test_the_report_is_correct_for_each_value_of_each_key(name: str, key: str, value: Any) -> None:
+    """The report confirms a correct assumption, and refutes a wrong one with the real value."""
     config = {**PREPARED.get(name, {}), key: value}
     outcome = rehearsed(name, prepare=_prepare, **config)
     assert not outcome.ended
@@ -137,8 +137,11 @@ def test_every_key_that_a_question_decides_is_rehearsed() -> None:
     }
 
 
-def test_two_readings_that_look_alike_stay_open() -> None:
-    """A controller may always show 0x0100, or skip it only for short commands."""
+def test_a_question_stays_open_if_two_values_look_alike() -> None:
+    """A question stays open if two values of a key cannot be distinguished.
+
+    Example: a controller may always show 0x0100, or skip it only for short commands.
+    """
     outcome = rehearsed("command-times", skip_run_status="never")
     mine = [one for one in outcome.findings["command-times"] if one.knob == "skip_run_status"]
     assert [(one.values, one.verdict) for one in mine] == [(("short", "never"), "open")]
@@ -173,16 +176,20 @@ def test_a_whole_probe_confirms_what_is_as_assumed_and_leaves_the_robot_as_it_wa
     assert kinds["free-axes"] == "not asked"
 
 
-def test_a_rule_without_a_key_is_refuted_by_a_controller_that_is_another() -> None:
-    """The emergency stop takes 200 ms, and the robot's type is not that of its first axis."""
+def test_a_rule_without_a_key_is_refuted_by_a_controller_that_breaks_it() -> None:
+    """A controller that breaks a rule without a key refutes this rule.
+
+    Here an emergency stop takes 200 ms, and the type of the robot is not the type of its first
+    axis.
+    """
     outcome = rehearsed("stop-at-once", emergency_stop_delay=200.0)
     assert [one.verdict for one in outcome.findings["stop-at-once"]] == ["refuted"]
     outcome = rehearsed("robot-type", prepare=lambda line: line.controller.force("SOW(2)", 7))
     assert [one.verdict for one in outcome.findings["robot-type"]] == ["refuted"]
 
 
-def test_nothing_moves_without_a_word_for_that_step() -> None:
-    """If the step of risk 3 is not confirmed, the servos never turn ON."""
+def test_nothing_moves_without_confirmation_of_the_step() -> None:
+    """A step of risk 3 needs a confirmation. Without it, the servos never turn ON."""
     line = StationLine(RobotConfig())
     servos: list[bool] = []
     step = line.wait
@@ -217,7 +224,9 @@ def test_reading_leaves_all_dedicated_inputs_off() -> None:
 
 
 def test_a_controller_that_resets_its_status_late_is_not_misread() -> None:
-    """If an old status could be taken for an answer, the question stays open.
+    """If the controller resets its status late, the question stays open.
+
+    An old status could be mistaken for an answer.
 
     Source: guide 1.2, a command can be run in the ready status only.
     """
@@ -229,7 +238,7 @@ def test_a_controller_that_resets_its_status_late_is_not_misread() -> None:
     assert all("3 s long" in reason for reason in outcome.skipped.values())
 
 
-def test_a_controller_that_gives_no_end_decides_nothing() -> None:
+def test_a_controller_that_never_ends_a_command_leaves_questions_open() -> None:
     """Source: guide 1.1, note."""
     names = ("undefined-data", "wrong-format", "command-times")
     outcome = rehearsed(*names, command_delay=60_000.0)
@@ -239,8 +248,11 @@ def test_a_controller_that_gives_no_end_decides_nothing() -> None:
         assert outcome.skipped[name] == "the status is 16#0100 without a command, 3 s long"
 
 
-def test_a_connection_that_never_was_is_not_lost() -> None:
-    """A busy controller is not reported as a lost connection either."""
+def test_a_connection_that_was_never_open_is_not_reported_as_lost() -> None:
+    """If no connection was ever open, no lost connection is reported.
+
+    A busy controller is not reported as a lost connection either.
+    """
     asked = [question("versions")]
     person = Person(lambda one: True, lambda text, event: False, lambda text: None)
     line = StationLine(RobotConfig())
@@ -285,7 +297,10 @@ def test_ctrl_c_turns_all_inputs_off_and_closes_the_connection() -> None:
 
 
 def test_ctrl_c_in_a_step_with_inputs_on_turns_them_off_first() -> None:
-    """The key is pressed in the middle of an emergency stop test."""
+    """Ctrl-C during a step turns the inputs OFF before the program ends.
+
+    The keys are pressed in the middle of an emergency stop test.
+    """
     line = StationLine(RobotConfig())
     read, looks = line.read, [0]
 

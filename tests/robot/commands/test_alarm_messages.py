@@ -11,10 +11,10 @@ MESSAGE = 0x509
 ROBOT_2 = 0x2000
 
 
-def test_the_example_shows_the_10th_message() -> None:
+def test_the_10th_message_is_the_alarm_of_the_printed_example() -> None:
     """The 10th message is alarm 12.551 of the EtherNet/IP unit in option slot 1.
 
-    The place C1O1 means controller 1, option slot 1.
+    The printed place C1O1 means controller 1, option slot 1.
 
     Rule: messages, alarm-places.
     Source: remote command guide 4.7.7
@@ -34,7 +34,7 @@ def test_the_example_shows_the_10th_message() -> None:
     assert answer_of(oldest, 0x0509, 0, 1)[:2] == (99, 1)
 
 
-def test_the_place_of_a_network_alarm_is_the_slot_of_its_unit() -> None:
+def test_the_place_of_a_network_alarm_is_the_option_slot_of_its_unit() -> None:
     """Rule: alarm-places."""
     slots = {(0, 0, 0x0401, 0): 0x0303, (0, 0, 0, 0): 0}
     for units, place in slots.items():
@@ -43,10 +43,10 @@ def test_the_place_of_a_network_alarm_is_the_slot_of_its_unit() -> None:
         assert answer_of(master, 0x0509, 0, 1)[2:4] == (0x0101, place)
 
 
-def test_messages_that_are_not_there_are_empty() -> None:
+def test_message_numbers_without_a_message_give_an_empty_answer() -> None:
     """Message numbers are 1 to 500.
 
-    A number without a message gives an empty answer or, with another setting, an alarm.
+    If there is no message, the answer is empty. With another setting, the command ends in an alarm.
 
     Rule: messages.
     Source: remote command guide 4.7.7.
@@ -59,7 +59,7 @@ def test_messages_that_are_not_there_are_empty() -> None:
 
 
 def test_the_example_shows_the_soft_limit_of_axis_1_as_the_latest_alarm() -> None:
-    """The latest alarm is 2.334 at robot 1, axis 1. The alarm history contains it, too.
+    """The latest alarm is 2.334 at robot 1, axis 1. This alarm is also in the alarm history.
 
     Rule: alarm-places.
     Source: remote command guide 4.7.17
@@ -87,10 +87,10 @@ def test_a_soft_limit_names_the_axis_of_lines_and_jogs(code: int) -> None:
     assert answer_of(master, 0x0515)[2:4] == (0x0002, 0x0102)
 
 
-def test_the_latest_alarm_is_that_of_a_remote_command() -> None:
+def test_the_latest_alarm_command_counts_only_alarms_of_remote_commands() -> None:
     """The words are 0 before the first alarm.
 
-    Alarms without a command do not count, nor does a normal end.
+    Alarms without a command and normal ends do not change them.
 
     Rule: messages, alarm-places.
     Source: remote command guide 4.7.17

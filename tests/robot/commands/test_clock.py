@@ -19,7 +19,7 @@ def _read(master: Master, code: int) -> tuple[int, ...]:
 
 
 def _pass(master: Master, ms: int) -> None:
-    """Let virtual time pass, without the cycles in between."""
+    """Advance virtual time at once, without running the cycles in between."""
     master.now_us += ms * 1000
     master.run(5)
 
@@ -27,7 +27,7 @@ def _pass(master: Master, ms: int) -> None:
 def test_the_examples_set_the_date_and_the_time() -> None:
     """The commands set 2014-02-02 and 08:45:00.
 
-    Setting the date leaves the time alone, and vice versa.
+    Setting the date does not change the time, and setting the time does not change the date.
 
     Rule: clock-set, clock.
     Source: remote command guide 4.8.1, 4.8.2
@@ -88,7 +88,7 @@ def test_dates_of_2000_to_2099_can_be_set(date: tuple[int, int, int]) -> None:
 
 @pytest.mark.parametrize("date", [(25, 2, 29), (24, 2, 30), (25, 4, 31)])
 def test_a_day_that_does_not_exist_is_refused(date: tuple[int, int, int]) -> None:
-    """The date does not change. Rule: clock."""
+    """The command ends in an alarm, and the date does not change. Rule: clock."""
     master = powered_up(impossible_date_alarm="9.1")
     assert master.execute(SET_DATE, 0, *date) == abnormal_end("9.1")
     assert _read(master, READ_DATE) == (14, 1, 1)

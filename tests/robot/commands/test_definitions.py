@@ -11,13 +11,13 @@ from stored_data import long_words, ready, text_words
 WRITE_COMMENT, READ_COMMENT = 0x0104, 0x0105
 WRITE_SHIFT, READ_SHIFT, WRITE_HAND, READ_HAND = 0x010C, 0x010D, 0x0110, 0x0111
 TWO_ROBOTS = (Axis(), Axis(robot=2))
-#: "WAIT ORG" as printed.
+#: Words of the comment "WAIT ORG" as the guide prints them.
 WAIT_ORG = (0x4157, 0x5449, 0x4F20, 0x4752)
 
 
 @pytest.mark.parametrize("filler", ["\0", " "])
 def test_the_defined_comment_is_read_back(filler: str) -> None:
-    """Zeros after the text (as printed) and spaces mean the same.
+    """A comment may be filled with zeros, as printed, or with spaces.
 
     Rule: comment-end.
     Source: remote command guide 4.3.2
@@ -29,7 +29,7 @@ def test_the_defined_comment_is_read_back(filler: str) -> None:
     assert master.execute(READ_COMMENT, 0, 100) == (0x0200, 0, 100, 0, *WAIT_ORG) + (0,) * 8
 
 
-def test_the_answer_may_be_filled_with_spaces() -> None:
+def test_a_key_fills_a_short_comment_with_spaces() -> None:
     """Rule: comment-end. Source: remote command guide 4.3.2."""
     master = ready(comments={50: "WAIT ORG"}, comment_filler="spaces")
     answer = master.execute(READ_COMMENT, 0, 50)
@@ -50,7 +50,7 @@ def test_a_comment_has_sixteen_characters() -> None:
     assert master.execute(READ_COMMENT, 0, 29999)[4:] == words + (0,) * 4
 
 
-def test_a_comment_needs_no_point_and_a_point_no_comment() -> None:
+def test_points_and_comments_are_defined_independently() -> None:
     """Rule: undefined-data. Source: remote command guide 4.3.2."""
     master = ready(points={1: Point()})
     assert master.execute(READ_COMMENT, 0, 1) == (0x0200, 0, 1) + (0,) * 13
@@ -98,10 +98,10 @@ def test_hand_data_are_read_back_unchanged(scara: tuple[int, ...], on_r_axis: in
         pytest.param(WRITE_HAND, READ_HAND, 0, id="hand"),
     ],
 )
-def test_data_that_were_never_defined_are_0_or_an_alarm(
+def test_reading_undefined_data_gives_0_or_an_alarm(
     write: int, read: int, zero: int | None
 ) -> None:
-    """Shift 0 and hand 0 are never an alarm. The reference of a hand names its robot.
+    """Shift 0 and hand 0 never cause an alarm. The command that reads a hand names its robot.
 
     Rule: undefined-data.
     Source: remote command guide 4.3.2, 4.3.4, 4.3.5

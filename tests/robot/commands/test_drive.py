@@ -10,7 +10,7 @@ from movements import ABNORMAL, MM, NORMAL, PULSES, low_high, mover
 from rcx_harness.robot import Axis, Point
 from robot_master import Master
 
-ONE = 0x0001  # bit 0 of the flags is fixed 1
+ONE = 0x0001  # bit 0 of the flags is always 1
 AXIS_3 = 0x0004
 EVERY = [0x0010, 0x0012, 0x0013, 0x0014, 0x0016, 0x0017]
 POINT = Point((11_000, 12_000, 13_000, 14_000, 0, 0))
@@ -33,7 +33,7 @@ def _mover(**config: Any) -> Master:
     ],
 )
 def test_the_specified_axis_moves_and_no_other(code: int, data: tuple[int, ...], ends: int) -> None:
-    """Axis 3 is at 1000 pulses and has 500 pulses/mm; the answer is in pulses.
+    """Axis 3 starts at 1000 pulses and has 500 pulses/mm. The answer is in pulses.
 
     Source: remote command guide 4.2.3 and 4.2.4
     """
@@ -47,8 +47,10 @@ def test_the_specified_axis_moves_and_no_other(code: int, data: tuple[int, ...],
     ("code", "data"),
     [(0x0010, 17), (0x0012, 2_000), (0x0013, 1_000), (0x0014, 18), (0x0016, 0), (0x0017, 0)],
 )
-def test_the_position_of_all_axes_in_millimetres(code: int, data: int) -> None:
-    """Axis 3 stays at 1000 pulses, which are 2.000 mm.
+def test_drive_answers_with_the_position_of_all_axes_in_millimetres(code: int, data: int) -> None:
+    """The answer has the positions of all axes in mm.
+
+    Axis 3 stays at 1000 pulses, which are 2.000 mm.
 
     Source: remote command guide 4.2.3 and 4.2.4, bbbbbbbb
     """
@@ -58,7 +60,7 @@ def test_the_position_of_all_axes_in_millimetres(code: int, data: int) -> None:
 
 
 @pytest.mark.parametrize("code", [0x0010, 0x0014])
-def test_a_point_in_millimetres(code: int) -> None:
+def test_drive_reaches_a_point_in_millimetres(code: int) -> None:
     """A target of 13.000 mm at 500 pulses/mm is 6500 pulses.
 
     Source: remote command guide 4.2.3 and 4.2.4, point designation
@@ -68,8 +70,8 @@ def test_a_point_in_millimetres(code: int) -> None:
     assert master.robot.positions == [1, 2, 6_500 if code == 0x0010 else 7_500, 4]
 
 
-def test_only_the_axis_that_moves_counts_against_the_soft_limits() -> None:
-    """The point lies beyond the soft limit of axis 1, which does not move.
+def test_only_the_soft_limits_of_the_moving_axis_are_checked() -> None:
+    """The point lies beyond the soft limit of axis 1, but only another axis moves.
 
     Source: remote command guide 4.2.3, point designation.
     """
@@ -87,7 +89,9 @@ RELATIVE = [
 
 @pytest.mark.parametrize("words", RELATIVE)
 @pytest.mark.parametrize("start_position", ["keep", "reset"])
-def test_drivei_goes_on_or_starts_anew(words: tuple[int, ...], start_position: str) -> None:
+def test_drivei_after_a_stop_continues_or_starts_anew(
+    words: tuple[int, ...], start_position: str
+) -> None:
     """After a stop, DRIVEI continues to the first target or starts anew, as configured.
 
     The distance of 13 000 pulses at 100 000 pulses/s takes 0.15 s. The stop comes after 50 ms.

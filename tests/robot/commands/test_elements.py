@@ -24,7 +24,7 @@ def _but(place: int, value: int, data: tuple[int, ...]) -> tuple[int, ...]:
 @pytest.mark.parametrize(("code", "point"), [(PULSES, POINT), (MM, MM_POINT)])
 @pytest.mark.parametrize("place", range(6))
 def test_the_value_goes_to_the_designated_data_alone(code: int, point: Point, place: int) -> None:
-    """Bit 0 selects data 1, bit 5 selects data 6. Hand and arm rotation stay.
+    """Bit 0 selects data 1, bit 5 selects data 6. Hand system and arm rotation do not change.
 
     Source: remote command guide 4.4.4
     """
@@ -61,7 +61,7 @@ def test_the_value_goes_to_the_designated_data_of_a_shift(place: int) -> None:
 
 
 def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
-    """The other elements are 0. With another setting the command ends in an alarm.
+    """The other elements become 0. With another setting the command ends in an alarm.
 
     Rule: undefined-data.
     Source: remote command guide 4.4.4.
@@ -74,8 +74,8 @@ def test_a_shift_that_was_never_defined_has_zeros_beside_the_value() -> None:
 
 
 @pytest.mark.parametrize("code", [PULSES, MM, SHIFT])
-def test_several_data_numbers_get_the_value_and_no_data_number_is_refused(code: int) -> None:
-    """A configuration may allow exactly one number.
+def test_several_data_numbers_get_the_value_and_a_command_without_one_is_refused(code: int) -> None:
+    """With several data numbers, each gets the value. A setting can require exactly one number.
 
     Rule: several-elements.
     Source: remote command guide 4.4.4, tt

@@ -45,14 +45,14 @@ def test_the_effect_of_the_command_is_found_afterwards(code: int) -> None:
 
 
 class _Nothing(Execution):
-    """A command that ends normally at once."""
+    """A stand-in for a command: it ends normally at once and has no effect."""
 
     def step(self, machine: Machine) -> Response | None:
         return {}
 
 
 @every_code
-def test_the_round_trip_needs_its_command(code: int, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_a_round_trip_fails_without_its_command(code: int, monkeypatch: pytest.MonkeyPatch) -> None:
     """Without its command, a round trip does not show the expected effect."""
 
     def start(machine: Machine, call: Call) -> Execution:

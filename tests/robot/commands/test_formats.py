@@ -16,7 +16,7 @@ from robot_master import Master, abnormal_end, servos_on
 from telegrams import COMMANDS, illegal_fields, illegal_pairs, legal, stray_bits, words_of
 
 FORMAT = "4.2"
-#: Each other alarm in which a command can end has its own number here.
+#: Configuration in which each alarm of a command, except the format alarm, has its own number.
 ALARMS: Mapping[str, Any] = {
     name: f"90.{number}"
     for number, name in enumerate(
@@ -85,9 +85,9 @@ def fresh() -> Master:
 
 
 def _end(master: Master, words: Iterable[int]) -> tuple[int, ...]:
-    """Send a telegram and return words m to m+30 three cycles later.
+    """Send a telegram, and return words m to m+30 three cycles later.
 
-    Only movements still run then.
+    After three cycles, only movements are still running.
     """
     master.send(*words)
     master.run(15)
@@ -98,13 +98,14 @@ def _end(master: Master, words: Iterable[int]) -> tuple[int, ...]:
 
 
 def _state(thing: Any) -> Any:
-    """Return everything that commands can change as one value, without clocks and histories.
+    """Return all data that commands can change as one value, except clocks and histories.
 
     The function visits every attribute of the controller, so that new data are included.
     """
     passing = {"rng", "now_us", "_now_us", "history", "latest_of_command", "inputs"}
     passing |= {"operating_us", "servo_on_us", "_since_us", "_config", "config", "_due_us"}
-    passing |= {"_machine", "perform"}  # The programs refer to the controller itself.
+    # Programs refer to the controller, which would make a circle.
+    passing |= {"_machine", "perform"}
     if isinstance(thing, (int, float, str, bytes, type(None))):
         return thing
     if isinstance(thing, dict):
@@ -130,7 +131,7 @@ def _refused(master: Master, telegrams: Iterator[tuple[str, tuple[int, ...]]], a
 
 
 @every_code
-def test_legal_telegrams_are_taken_and_say_what_was_meant(code: int) -> None:
+def test_legal_telegrams_are_accepted(code: int) -> None:
     """A legal telegram may still end in another alarm, for example if its point is undefined.
 
     Rule: format.
@@ -165,7 +166,7 @@ def test_an_illegal_value_ends_in_the_format_alarm(code: int, fresh: Master) -> 
 def test_a_fixed_or_unused_bit_that_is_set_ends_in_the_format_alarm(
     code: int, fresh: Master
 ) -> None:
-    """The test sets each fixed bit of words with fields, and three bits of other words.
+    """The test sets each fixed bit of words that have fields, and three bits of other words.
 
     Source: remote command guide 4.2 to 4.9
     """
@@ -180,9 +181,9 @@ def test_a_fixed_or_unused_bit_that_is_set_ends_in_the_format_alarm(
 def test_exclusive_flags_and_products_beyond_the_limit_are_refused(
     code: int, fresh: Master
 ) -> None:
-    """A position output in both pulses and mm is refused.
+    """Flags that exclude each other are refused, such as position output in pulses and in mm.
 
-    The test also covers kinds of axes, and pallets with too many work positions.
+    Pallets with too many work positions are refused, too.
 
     Rule: both-outputs.
     Source: remote command guide 4.2, p and m; 4.2.12; 4.3.3
@@ -191,7 +192,7 @@ def test_exclusive_flags_and_products_beyond_the_limit_are_refused(
 
 
 def test_every_command_with_a_field_that_has_limits_was_sent_illegal_values() -> None:
-    """The tests above send illegal values for each command with a limited field."""
+    """The tests of illegal values cover every command that has a field with limits."""
     assert {code for code, one in COMMANDS.items() if not list(illegal_fields(one))} == ALL_LEGAL
 
 
@@ -213,7 +214,7 @@ def test_every_command_with_a_field_that_has_limits_was_sent_illegal_values() ->
         ),
     ],
 )
-def test_limits_that_only_the_section_or_the_robot_gives(
+def test_values_beyond_limits_of_a_section_or_of_the_robot_are_refused(
     words: tuple[int, ...], knobs: Mapping[str, Any]
 ) -> None:
     """Source: remote command guide 4.2.1, 4.4.1, 4.4.2, 4.4.4."""
@@ -224,7 +225,9 @@ def test_limits_that_only_the_section_or_the_robot_gives(
 
 @every_code
 def test_the_robot_number_of_a_command_is_0_to_4(code: int, fresh: Master) -> None:
-    """A code without a robot number becomes an undefined code; robots from 5 on do not exist.
+    """In a code without a robot number, such a number makes an undefined code.
+
+    Robots from 5 on do not exist.
 
     Rule: other-alarms.
     Source: remote command guide 3, R; 4.2 to 4.9
@@ -237,7 +240,9 @@ def test_the_robot_number_of_a_command_is_0_to_4(code: int, fresh: Master) -> No
 
 
 @every_code
-def test_robot_1_is_there_and_robots_2_to_4_are_not(code: int, fresh: Master) -> None:
+def test_commands_for_robots_2_to_4_are_refused_if_only_robot_1_exists(
+    code: int, fresh: Master
+) -> None:
     """Rule: other-alarms, robot-zero, absent-robot-zero. Source: remote command guide 3, R."""
     if code not in WITH_ROBOT:
         assert not COMMANDS[code].robot
@@ -271,16 +276,18 @@ def _with_absent_axes(command: Command) -> Iterator[tuple[str, tuple[int, ...]]]
 
 @pytest.mark.parametrize("code", sorted(WITH_AXES - {0x510, 0x516}), ids="0x{:03X}".format)
 def test_an_axis_that_the_robot_does_not_have_is_refused(code: int, fresh: Master) -> None:
-    """A robot with four axes has no axes 5 and 6. Their torque is 0, which is not an error.
+    """A robot with four axes has no axes 5 and 6.
+
+    Commands for them are refused, but reading their torque gives 0.
 
     Rule: other-alarms.
     """
-    assert _end(fresh, (0x0108, 0, 1, 1, 1, 1, 1))[0] == 0x0200  # pallet 1, for the pallet movement
+    assert _end(fresh, (0x0108, 0, 1, 1, 1, 1, 1))[0] == 0x0200  # pallet 1
     telegrams = _with_absent_axes(COMMANDS[code])
     assert _refused(fresh, telegrams, ALARMS["no_axis_alarm"]) >= 2
 
 
-def test_the_commands_with_axes_are_those_of_the_sections() -> None:
+def test_the_sections_of_the_guide_name_the_commands_with_axes() -> None:
     """Source: remote command guide 4.2, 4.4.2, 4.7.12, 4.7.18, 4.8.4."""
     assert {code for code, one in COMMANDS.items() if list(_with_absent_axes(one))} == WITH_AXES
 
@@ -329,6 +336,6 @@ def test_a_code_that_the_guide_does_not_have_is_refused(fresh: Master) -> None:
     _refused(fresh, telegrams, ALARMS["undefined_code_alarm"])
 
 
-def test_the_robot_number_is_where_the_sections_have_it() -> None:
+def test_only_commands_with_a_robot_number_in_the_guide_accept_one() -> None:
     """Source: remote command guide 4.2 to 4.9."""
     assert {code for code, one in COMMANDS.items() if one.robot} == WITH_ROBOT

@@ -40,7 +40,7 @@ def _incher(amount: int, **config: Any) -> Master:
 def test_an_amount_of_100_is_100_pulses_or_0_1_mm(
     code: int, pulses: int, place: int, direction: int, sign: int
 ) -> None:
-    """Without a position output, m+2 to m+30 are 0.
+    """The movement is 100 pulses or 0.1 mm. Without a position output, m+2 to m+30 are 0.
 
     Rule: inching, jog-frames.
     Source: remote command guide 4.2.7, tt and d
@@ -55,8 +55,11 @@ def test_an_amount_of_100_is_100_pulses_or_0_1_mm(
 
 @pytest.mark.parametrize("amount", [1, 10_000])
 @pytest.mark.parametrize("code", FRAMES)
-def test_the_smallest_and_the_largest_amount(code: int, amount: int) -> None:
-    """Source: remote command guide 4.2.8, dddd."""
+def test_inching_moves_by_the_smallest_and_the_largest_amount(code: int, amount: int) -> None:
+    """An inching by the smallest or largest amount moves the axis by this amount.
+
+    Source: remote command guide 4.2.8, dddd.
+    """
     master = _incher(amount)
     assert master.execute(code, 0, 0x0001)[0] == 0x0200
     assert master.robot.positions == [amount, 0, 0, 0]
@@ -64,9 +67,9 @@ def test_the_smallest_and_the_largest_amount(code: int, amount: int) -> None:
 
 @pytest.mark.parametrize("code", FRAMES)
 def test_inching_is_done_with_the_manual_movement_speed(code: int) -> None:
-    """10 000 pulses at 1 % (10 000/s) take 2 ms up, 998 ms at full speed and 2 ms down.
+    """10 000 pulses at 10 000 pulses/s take 998 ms, and 2 ms each to accelerate and brake.
 
-    These are 201 cycles, and the cycle that accepts the command.
+    These are 201 cycles. One more cycle accepts the command.
 
     Rule: inching-speed.
     """
@@ -80,7 +83,9 @@ def test_inching_is_done_with_the_manual_movement_speed(code: int) -> None:
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize(("direction", "start"), [(0, 499_901), (MINUS, -599_901)])
 def test_inching_beyond_a_soft_limit_does_not_start(code: int, direction: int, start: int) -> None:
-    """One pulse beyond the limit ends in 2.334; a movement exactly to it is legal.
+    """A movement one pulse beyond the limit ends in alarm 2.334.
+
+    A movement exactly to the limit is legal.
 
     Rule: soft-limit.
     """
@@ -103,12 +108,15 @@ def test_inching_that_the_stop_input_stops_shows_no_position(code: int) -> None:
     master.run(500)
     master.turn_and_wait("SI06", False, 5)
     assert master.words == abnormal_end("12.400")
-    assert master.robot.positions[0] == 4_990  # 10 in the first 2 ms, then 10 pulses/ms for 498 ms
+    # 10 pulses in the first 2 ms, then 10 pulses/ms for 498 ms
+    assert master.robot.positions[0] == 4_990
 
 
 @pytest.mark.parametrize(("code", "expected"), [(CARTESIAN, [71, 71]), (TOOL, [0, 100])])
-def test_inching_along_turned_coordinates(code: int, expected: list[int]) -> None:
-    """The shift is turned by 45 degrees, the hand by 90 degrees; 100 / sqrt(2) is 70.7.
+def test_inching_moves_along_turned_coordinates(code: int, expected: list[int]) -> None:
+    """The shift turns by 45 degrees, and the hand by 90 degrees.
+
+    100 pulses along a coordinate turned by 45 degrees are 100 / sqrt(2) = 70.7 pulses of each axis.
 
     Rule: coordinates.
     """

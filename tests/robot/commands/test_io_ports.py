@@ -26,7 +26,12 @@ def _value(master: Master, kind: int, port: int) -> int:
 
 
 def test_the_printed_example_switches_bit_1_of_do2() -> None:
-    """DO(21) = 1 is the word 0x1021. The other bits stay. Source: remote command guide 4.5.1."""
+    """DO(21) = 1 is the word 0x1021.
+
+    The other bits do not change.
+
+    Source: remote command guide 4.5.1.
+    """
     master = powered_up()
     master.execute(WRITE, 0, _word(DO, 2), 0b1000_0000)
     assert master.execute(0x0301, 0, 0x1021, 1) == NORMAL_END

@@ -1,8 +1,9 @@
 """A jog moves until the stop input goes OFF, in pulses, Cartesian or tool coordinates.
 
 The default axis has 1000 pulses/mm, 1 000 000 pulses/s, 5 000 000 pulses/s^2 and soft limits of +-1
-000 000. The tool of a SCARA robot (the default) does at most 1000 mm/s. At 20 % manual speed both
-give 200 000 pulses/s: 4000 pulses in the first 40 ms, then 1000 pulses in 5 ms.
+000 000. The tool of a SCARA robot (the default) does at most 1000 mm/s. At 20 % manual speed, axis
+and tool limits both give 200 000 pulses/s: 4000 pulses in the first 40 ms, then 1000 pulses in 5
+ms.
 """
 
 from __future__ import annotations
@@ -68,7 +69,7 @@ def test_the_movement_speed_is_determined_by_the_manual_movement_speed(code: int
     assert master.robot.positions[0] - before == 2_500
 
 
-def test_a_tool_that_may_do_750_mm_per_second_jogs_with_a_part_of_that() -> None:
+def test_a_jog_of_the_tool_runs_at_the_manual_speed_in_percent_of_its_limit() -> None:
     """At 20 % of 750 mm/s the tool moves 0.75 mm in 5 ms. Rule: path-speed."""
     master = _jogger(scara_robots=())
     master.send(CARTESIAN, 0, 0x0002)
@@ -95,7 +96,11 @@ def test_a_jog_ends_at_the_soft_limit_with_2_334(code: int, direction: int, limi
 
 @pytest.mark.parametrize("code", FRAMES)
 def test_a_jog_to_the_soft_limit_may_end_normally(code: int) -> None:
-    """Rule: jog-limit. Source: remote command guide 4.2.6, normal end."""
+    """With the key jog_limit, a jog to the soft limit ends normally.
+
+    Rule: jog-limit.
+    Source: remote command guide 4.2.6, normal end.
+    """
     master = _jogger(axes=(Axis(soft_high=0x12345), Axis(start=-1)), jog_limit="normal")
     answer = master.execute(code, PULSE_OUTPUT, 0x0001)
     assert answer == (0x0200, 0, 0, 0, 0x2345, 0x0001, 0xFFFF, 0xFFFF, *(0,) * 8)
@@ -103,7 +108,7 @@ def test_a_jog_to_the_soft_limit_may_end_normally(code: int) -> None:
 
 @pytest.mark.parametrize("code", FRAMES)
 @pytest.mark.parametrize("start", [300_000, 300_001])
-def test_from_a_soft_limit_a_jog_goes_back_only(code: int, start: int) -> None:
+def test_an_axis_at_its_soft_limit_can_only_jog_back(code: int, start: int) -> None:
     """An axis at its soft limit or beyond it can only jog back.
 
     Rule: jog-limit, limits-on-the-way.
@@ -170,7 +175,7 @@ def _coordinates(shift: tuple[int, int, int, int], hand: Hand, start: int) -> Ma
 
 
 def test_a_cartesian_jog_moves_along_the_shifted_coordinates() -> None:
-    """The coordinates are turned by 90 degrees, so that their X is the Y of the axes.
+    """The shift turns the coordinates by 90 degrees, so their X is the Y of the axes.
 
     Rule: coordinates.
     Source: remote command guide 4.2.6, Cartesian coordinate system jog movement
@@ -190,7 +195,7 @@ def test_a_cartesian_jog_moves_along_the_shifted_coordinates() -> None:
 def test_a_tool_jog_moves_along_the_hand_on_the_r_axis(on_r: int, expected: list[int]) -> None:
     """With R at 90 degrees, X of a hand on the R axis is Y of the axes.
 
-    Another hand does not turn.
+    A hand that is not on the R axis does not turn with R.
 
     Rule: coordinates.
     Source: remote command guide 4.2.6, tool coordinate system jog movement
@@ -236,8 +241,8 @@ def test_a_turn_ends_where_an_axis_is_beyond_its_limit_for_a_third_of_a_degree_o
     """The turn stops at a limit that it would exceed only for a third of a degree.
 
     With a hand of 1 m, starting at 0.25 degrees, Y would go down to 4.363 - 1000 mm at 90 degrees.
-    The limit lies 0.0047 mm above that: the path crosses it 0.175 degrees before 90 degrees and
-    again after.
+    The limit lies 0.0047 mm above this position. The path crosses the limit 0.175 degrees before 90
+    degrees, and again after 90 degrees.
 
     Rule: coordinates, jog-limit.
     """

@@ -1,4 +1,4 @@
-"""The motor power command switches the motor power, and with it the servos."""
+"""The motor power command switches the motor power, and also the servos with ON and OFF."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def test_on_turns_the_motor_power_and_all_system_servos_on() -> None:
 
 
 def test_off_turns_the_motor_power_and_all_system_servos_off() -> None:
-    """The brakes lock every axis, including a free axis.
+    """The servos turn OFF, and the brakes lock every axis, including an axis that was free.
 
     Rule: motor-power, servo-output.
     Source: remote command guide 4.2.20
@@ -44,7 +44,7 @@ def test_off_turns_the_motor_power_and_all_system_servos_off() -> None:
 
 
 def test_pwr_turns_only_the_motor_power_on() -> None:
-    """The servos stay OFF or ON as they are.
+    """PWR switches only the motor power. The servos keep their states.
 
     A servo can be switched ON once the motor power is ON.
 

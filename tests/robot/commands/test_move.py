@@ -17,13 +17,16 @@ from robot_master import Master
 
 
 def _seconds(master: Master, *words: int) -> float:
-    return (len(way_of(master, *words)) - 2) * 0.005  # without the cycle that takes the command
+    return (
+        len(way_of(master, *words)) - 2
+    ) * 0.005  # time without the cycle that accepts the command
 
 
 def test_the_speed_in_percent_is_of_the_automatic_speed_and_the_direct_one_of_the_maximum() -> None:
-    """100 000 pulses at 100 000/s take 0.02 s up, 0.98 s and 0.02 s down.
+    """20 % of 50 % automatic speed is as fast as 10.00 % direct.
 
-    20 % of 50 % is 10.00 %.
+    100 000 pulses at 100 000/s
+    take 0.02 s for acceleration, 0.98 s at constant speed and 0.02 s for braking.
 
     Source: remote command guide 4.2.1, bb
     """
@@ -37,7 +40,7 @@ def test_the_speed_in_percent_is_of_the_automatic_speed_and_the_direct_one_of_th
 
 
 def test_linear_interpolation_is_a_straight_line_in_millimetres() -> None:
-    """Axis 1 moves 30 mm and axis 2 40 mm, so that y = 4/3 x whatever the pulses per mm are.
+    """Axis 1 moves 30 mm and axis 2 moves 40 mm. On the way y = 4/3 x, for any pulses per mm.
 
     Source: remote command guide 4.2.1, linear interpolation
     """
@@ -73,7 +76,7 @@ def test_the_path_speed_is_in_mm_per_second() -> None:
     ],
 )
 @pytest.mark.parametrize("code", [0x0003, 0x0004])
-def test_range_of_mm_per_second(
+def test_a_line_is_refused_beyond_the_range_of_mm_per_second(
     code: int, scara: tuple[int, ...], speed: int, expected: int
 ) -> None:
     """Rule: line-speed.
@@ -85,14 +88,14 @@ def test_range_of_mm_per_second(
     assert master.execute(code, 0x0006, 0, speed, 19, 20 * (code == 0x0004))[0] == expected
 
 
-def test_linear_interpolation_of_the_designated_axes() -> None:
+def test_linear_interpolation_moves_only_the_designated_axes() -> None:
     """Rule: linear-axes."""
     master = mover(points={19: Point((30_000, 40_000, 0, 0, 0, 0))})
     assert master.execute(0x0003, 0x0001, 0x0002, 0, 19)[0] == NORMAL
     assert master.robot.positions == [0, 40_000, 0, 0]
 
 
-def test_acceleration_and_deceleration_of_a_line() -> None:
+def test_a_line_respects_the_given_acceleration_and_deceleration() -> None:
     """A lower acceleration or deceleration makes the movement longer.
 
     Source: remote command guide 4.2.1, linear interpolation, d and e
@@ -126,10 +129,10 @@ def test_circular_interpolation_goes_through_the_first_point_to_the_second() -> 
 @pytest.mark.parametrize(
     ("words", "expected"),
     [
-        pytest.param((0, 0, 0, 19, 21), (ABNORMAL, 6, 9), id="all on one line"),
+        pytest.param((0, 0, 0, 19, 21), (ABNORMAL, 6, 9), id="all three on one line"),
         pytest.param((0, 0, 0, 19, 99), (ABNORMAL, 6, 5), id="second point undefined"),
         pytest.param((0, 0, 0, 99, 19), (ABNORMAL, 6, 5), id="first point undefined"),
-        pytest.param((0, 0, 0, 19, 22), (ABNORMAL, 2, 334), id="the way leaves the soft limits"),
+        pytest.param((0, 0, 0, 19, 22), (ABNORMAL, 2, 334), id="the arc leaves the soft limits"),
     ],
 )
 def test_an_impossible_arc_is_refused(words: tuple[int, ...], expected: tuple[int, ...]) -> None:
@@ -151,8 +154,11 @@ def test_an_impossible_arc_is_refused(words: tuple[int, ...], expected: tuple[in
     assert master.robot.positions == [0, 0, 0, 0]
 
 
-def test_a_thousandth_of_a_millimetre_beside_the_line_bends_it_where_it_is_short() -> None:
-    """With a distance of 700 mm, a deviation of 0.001 mm makes an arc; with 1000 mm it is a line.
+def test_a_deviation_of_0_001_mm_makes_an_arc_only_on_a_short_line() -> None:
+    """The middle point lies 0.001 mm beside the line.
+
+    With a distance of 700 mm, this makes an arc; with 1000 mm, all three points count as one line
+    and are refused.
 
     Rule: arc.
     """
@@ -169,7 +175,7 @@ def test_a_thousandth_of_a_millimetre_beside_the_line_bends_it_where_it_is_short
 # Direct designation
 
 
-def test_direct_designation_in_millimetres() -> None:
+def test_a_movement_reaches_a_target_given_in_millimetres() -> None:
     """The target is 10.000 and -20.000 mm, and axis 2 has 500 pulses/mm. The answer is in mm.
 
     Source: remote command guide 4.2.1, direct PTP designation (millimeter units)
@@ -205,8 +211,8 @@ def test_in_pulses_axis_4_moves_alone() -> None:
     [
         pytest.param((1,), 1, 0, id="right-handed"),
         pytest.param((1,), 2, 1, id="left-handed"),
-        pytest.param((1,), 0, 0, id="none: the designated arm"),
-        pytest.param((1,), 3, 0, id="11 is none, too"),
+        pytest.param((1,), 0, 0, id="no hand system: the designated arm"),
+        pytest.param((1,), 3, 0, id="11 also means no hand system"),
         pytest.param((), 2, 0, id="no SCARA robot"),
     ],
 )

@@ -15,15 +15,15 @@ ARCH_POINT = Point((50_000, -25_000, 20_000, 0, 0, 0))
 
 
 def _arch_words(flags: int, axes: int, position: int, first: int, second: int) -> tuple[int, ...]:
-    """Return the words of an arch movement at 10 % to point 19, with 0x0002."""
+    """Return the words of an arch movement to point 19, with 10 % of the maximum speed."""
     return (0x0002, flags | 4, axes, 10, 19, 0, 0, 0, *low_high(position, first, second))
 
 
-def test_the_others_move_once_the_arch_axis_has_done_distance_1() -> None:
-    """At 10 % an axis does at most 500 pulses per cycle.
+def test_the_other_axes_start_when_the_arch_axis_has_moved_by_distance_1() -> None:
+    """At 10 % an axis moves at most 500 pulses per cycle.
 
-    Axis 3 rises from 0 to 40 000 and comes down to 20 000. The other axes start when it has done
-    10 000 pulses, and have arrived when it has 5 000 pulses to go.
+    Axis 3 rises from 0 to 40 000 and comes down to 20 000. The other axes start when axis 3 has
+    moved 10 000 pulses. They have arrived when axis 3 has 5 000 pulses left.
 
     Rule: arch.
     Source: remote command guide 4.2.1, arch designation, steps 1 to 4
@@ -39,7 +39,7 @@ def test_the_others_move_once_the_arch_axis_has_done_distance_1() -> None:
 
 
 def test_arch_data_in_millimetres_are_converted_for_the_arch_axis() -> None:
-    """40.000 mm at 500 pulses/mm are 20 000 pulses, 10.000 mm are 5000.
+    """At 500 pulses/mm, 40.000 mm are 20 000 pulses and 10.000 mm are 5000 pulses.
 
     Source: remote command guide 4.2.1, arch designation, d and qqqqqqqq
     """
@@ -63,7 +63,9 @@ def test_an_arch_axis_that_is_not_designated_comes_back() -> None:
     ("knob", "distance", "low"), [(False, 0, 0), (True, 0, 8_000), (True, 3_000, 3_000)]
 )
 def test_an_arch_distance_of_0_is_0_or_the_parameter(knob: bool, distance: int, low: int) -> None:
-    """The parameter ARCHP1 of axis 3 is 8000 pulses. A distance of 0 means 0 or this parameter.
+    """The parameter ARCHP1 of axis 3 is 8000 pulses.
+
+    A key decides whether a distance of 0 means 0 or this parameter.
 
     Rule: arch-distances.
     """

@@ -34,7 +34,9 @@ def _interrupt(master: Master, *words: int) -> int:
 
 @pytest.mark.parametrize("code", [0x0009, 0x000A])
 def test_movei_moves_by_the_distance_of_the_point(code: int) -> None:
-    """The movement starts where the robot is; a second one starts at the end of the first.
+    """The movement starts at the robot's position.
+
+    A second movement starts at the end of the first.
 
     Source: remote command guide 4.2.2, PTP designation and linear interpolation
     """
@@ -43,7 +45,7 @@ def test_movei_moves_by_the_distance_of_the_point(code: int) -> None:
     assert master.execute(code, PULSES, 0, 0, 19)[4:8] == low_high(200_000, -100_000)
 
 
-def test_movei_by_a_point_in_millimetres() -> None:
+def test_movei_moves_by_a_point_in_millimetres() -> None:
     """A distance of 10.000 mm at 500 pulses/mm is 5000 pulses.
 
     Source: remote command guide 4.2.2, PTP designation
@@ -54,14 +56,14 @@ def test_movei_by_a_point_in_millimetres() -> None:
     assert master.robot.positions == [5_100, 7]
 
 
-def test_movei_of_the_designated_axes() -> None:
+def test_movei_moves_only_the_designated_axes() -> None:
     """Source: remote command guide 4.2.2, a and tt."""
     master = _mover()
     assert master.execute(0x0009, 1, 0x0002, 0, 19)[0] == NORMAL
     assert master.robot.positions == [0, -50_000, 0, 0]
 
 
-def test_movei_by_distances_in_millimetres() -> None:
+def test_movei_moves_by_distances_in_millimetres() -> None:
     """Source: remote command guide 4.2.2, direct PTP designation (millimeter units)."""
     axes = (Axis(pulses_per_mm=500, start=1_000), Axis(start=-7))
     master = _mover(axes=axes)
@@ -70,7 +72,7 @@ def test_movei_by_distances_in_millimetres() -> None:
     assert answer[4:8] == low_high(12_000, -20_007)
 
 
-def test_movei_by_distances_in_pulses() -> None:
+def test_movei_moves_by_distances_in_pulses() -> None:
     """Source: remote command guide 4.2.2, direct PTP designation (pulse units)."""
     master = _mover(axes=(Axis(pulses_per_mm=500, start=1_000), Axis(start=-7)))
     answer = master.execute(0x000F, PULSES, 0, 0, *low_high(10_000, -20_000))
@@ -105,7 +107,7 @@ COMMANDS = [
 def test_an_interrupted_movei_goes_on_to_its_original_target(words: tuple[int, ...]) -> None:
     """By default (Keep) the axis completes the original distance.
 
-    A MOVEI after that is a new distance.
+    The next MOVEI then moves by a new distance.
 
     Rule: movei-keep.
     Source: remote command guide 4.2.2, note
@@ -145,7 +147,12 @@ def test_an_interrupted_movei_goes_on_at_another_speed_and_after_a_second_interr
     ],
 )
 def test_movei_starts_anew_after_another_movement(words: tuple[int, ...], way: int) -> None:
-    """The other movement also starts where the robot is. Rule: movei-start."""
+    """Another movement comes between an interrupted MOVEI and its repetition.
+
+    Both then start at the robot's position.
+
+    Rule: movei-start.
+    """
     master = _mover()
     stands = _interrupt(master, 0x0009, 0x0004, 0, 20, 19)
     assert master.execute(*words)[0] == NORMAL
@@ -154,7 +161,7 @@ def test_movei_starts_anew_after_another_movement(words: tuple[int, ...], way: i
     assert master.robot.positions[0] == stands + way + 100_000
 
 
-def test_movei_takes_the_hand_system() -> None:
+def test_movei_changes_to_the_designated_hand_system() -> None:
     """Rule: hand-system.
 
     Source: remote command guide 4.2.2, direct PTP designation (millimeter units), cc
@@ -165,10 +172,10 @@ def test_movei_takes_the_hand_system() -> None:
 
 
 @pytest.mark.parametrize("stopped", [False, True])
-def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -> None:
+def test_a_movement_that_ended_within_its_tolerance_does_not_block_the_next(stopped: bool) -> None:
     """The next command is accepted although the axis still moves within its tolerance.
 
-    A stop in that time does not interrupt the movement.
+    A stop while the axis still moves does not count as an interruption.
 
     Rule: arrival, relative-kept, robots-move.
     """
@@ -186,5 +193,5 @@ def test_a_movement_that_has_ended_within_its_tolerance_is_over(stopped: bool) -
     assert here < 1000
     assert master.execute(*movei)[0] == 0x0200
     master.run(1000)
-    crept = master.robot.positions[0] - 1000 - here  # until the next movement; TOLE is 80 pulses
+    crept = master.robot.positions[0] - 1000 - here  # the axis is within TOLE, 80 pulses
     assert crept == 0 if stopped else 0 < crept <= 80

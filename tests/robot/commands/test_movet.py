@@ -24,8 +24,8 @@ def _mover(**config: Any) -> Master:
 
 
 @pytest.mark.parametrize("code", [0x0044, 0x0045])
-def test_without_a_hand_on_the_r_axis_the_tool_lies_as_the_robot(code: int) -> None:
-    """The robot moves 10 mm in its X and -3 mm in its Z from its present position.
+def test_without_a_hand_on_the_r_axis_tool_and_robot_coordinates_are_parallel(code: int) -> None:
+    """The robot moves 10 mm along its X axis and -3 mm along its Z axis.
 
     Rule: movet.
     Source: remote command guide 4.2.21
@@ -49,7 +49,7 @@ def test_a_hand_on_the_r_axis_turns_the_tool(code: int) -> None:
 
 
 @pytest.mark.parametrize("code", [0x0044, 0x0045])
-def test_the_specified_axes_are_those_of_the_tool(code: int) -> None:
+def test_the_specified_axes_of_movet_are_axes_of_the_tool(code: int) -> None:
     """If axis 1 alone is specified, the robot's Y moves and its Z does not.
 
     Rule: movet.
@@ -60,7 +60,7 @@ def test_the_specified_axes_are_those_of_the_tool(code: int) -> None:
     assert master.robot.positions == [1_000, 5_000, 0, 90_000]
 
 
-def test_a_point_in_pulses_is_a_way_of_each_axis() -> None:
+def test_a_point_in_pulses_is_a_distance_for_each_axis() -> None:
     """A distance of 500 pulses of axis 2 is 1 mm. Rule: movet."""
     master = _mover(points={19: Point((2_000, 500, 0, 0, 0, 0))})
     assert master.execute(0x0044, 0, 0, 0, 19)[0] == NORMAL

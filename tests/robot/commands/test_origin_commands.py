@@ -10,18 +10,18 @@ from rcx_harness.robot import Axis
 from robot_master import NORMAL_END, Master, abnormal_end, servos_on
 
 MOVE, RESET, ROBOT, AXIS = 0x0030, 0x0031, 0x0032, 0x0033
-#: Quarter rotations of the motor are 1000 pulses apart.
+#: Axis data with which a quarter rotation of the motor is 1000 pulses.
 MARK = Axis(origin_method="mark", motor_rotation=4000, start=1300)
 ABSOLUTE, INCREMENTAL = Axis(start=700), Axis(start=700, type="incremental")
 SEMI = Axis(start=700, type="semi_absolute")
 
 
 def _master(*axes: Axis, **config: Any) -> Master:
-    """Return a master with servos on; each group of axes takes 200 ms to its origin."""
+    """Return a master with servos on. A return-to-origin takes 200 ms for each group of axes."""
     return servos_on(axes=axes, origin_time=200, **config)
 
 
-# The absolute reset movement
+# Tests of the absolute reset movement
 
 
 @pytest.mark.parametrize(
@@ -63,8 +63,8 @@ def test_a_motor_has_16384_pulses_per_rotation_unless_the_robot_file_says_otherw
 def test_the_movement_is_made_at_manual_speed() -> None:
     """The axis moves from 4999 to 0 pulses at 50 % of 10 000 pulses/s, with 500 000 pulses/s^2.
 
-    It needs 10 ms up and 10 ms down for 25 pulses each, and 989.8 ms for 4949 pulses at 5000
-    pulses/s: it ends in the cycle at 1010 ms, plus the cycle that accepts the command.
+    Acceleration and braking take 10 ms and 25 pulses each. The other 4949 pulses take 989.8 ms at
+    5000 pulses/s. The movement ends in the cycle at 1010 ms; one more cycle accepts the command.
 
     Rule: absolute-reset-model.
     """
@@ -83,11 +83,11 @@ def test_the_movement_is_made_at_manual_speed() -> None:
     assert master.robot.positions == [0]
 
 
-# The absolute reset
+# Tests of the absolute reset
 
 
-def test_absolute_reset_of_axis_2_of_robot_1() -> None:
-    """The printed example works after the movement of the example before it.
+def test_the_printed_example_resets_axis_2_of_robot_1() -> None:
+    """The absolute reset of the printed example works after the movement of the previous example.
 
     Rule: absolute-reset, absolute-reset-model.
     Source: remote command guide 4.2.11
@@ -125,7 +125,7 @@ def test_the_axis_is_one_of_the_designated_robot(code: int) -> None:
         assert master.execute(code | 0x2000, 0, 0x0001) == abnormal_end("1.3")
 
 
-# The return-to-origin in robot units
+# Tests of the return-to-origin in robot units
 
 
 @pytest.mark.parametrize(
@@ -136,10 +136,10 @@ def test_the_axis_is_one_of_the_designated_robot(code: int) -> None:
         pytest.param(0x0004, [0, 700, 700], [True, False, False], id="absolute type axes"),
     ],
 )
-def test_which_axes_a_return_to_origin_in_robot_units_moves(
+def test_a_return_to_origin_in_robot_units_moves_the_axes_of_the_selected_types(
     flags: int, positions: list[int], complete: list[bool]
 ) -> None:
-    """A semi-absolute axis searches at its position, together with the incremental axes.
+    """A semi-absolute axis searches its origin near its position, with the incremental axes.
 
     Rule: origin-command, origin-command-axes.
     Source: remote command guide 4.2.12, robot units
@@ -179,7 +179,9 @@ def test_robot_0_returns_all_robots_to_their_origin(code: int, positions: list[i
 
 
 def test_absolute_axes_return_first_then_the_others() -> None:
-    """Each of the two steps takes 200 ms, plus the cycle that accepts the command.
+    """The absolute axes take 200 ms, then the other axes take 200 ms.
+
+    One more cycle accepts the command.
 
     Rule: origin-command-axes.
     """
@@ -200,7 +202,7 @@ def test_with_no_axis_to_move_the_command_ends_normally() -> None:
 
 
 def test_mark_method_axes_do_not_take_part_in_a_return_to_origin() -> None:
-    """An incomplete mark method axis prevents the return.
+    """If the origin of a mark method axis is incomplete, the command is refused.
 
     Rule: origin-command-mark.
     Source: manual chapter 5, 2, SI(17)
@@ -216,7 +218,7 @@ def test_mark_method_axes_do_not_take_part_in_a_return_to_origin() -> None:
     assert master.execute(AXIS, 0, 0x0001) == NORMAL_END
 
 
-# The return-to-origin in axis units
+# Tests of the return-to-origin in axis units
 
 
 def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_specified() -> None:
@@ -230,7 +232,7 @@ def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_s
     assert master.robot.positions == [0, 700, 700, 0]
 
 
-# The conditions of both commands, and the events that end them
+# Tests of the conditions of both commands, and of events that end them
 
 
 @pytest.mark.parametrize(
@@ -241,7 +243,7 @@ def test_a_return_to_origin_of_one_axis_is_performed_at_robot_1_if_no_robot_is_s
         pytest.param(ABSOLUTE, (AXIS, 0, 0x0001), id="one axis"),
     ],
 )
-def test_these_movements_need_the_servo_and_no_stop(axis: Axis, words: tuple[int, ...]) -> None:
+def test_origin_commands_need_servo_on_and_no_stop(axis: Axis, words: tuple[int, ...]) -> None:
     """Rule: origin-command-needs. Source: remote command guide 1.2."""
     master = _master(axis, servo_off_alarm="1.5")
     master.execute(0x0035)
@@ -257,7 +259,7 @@ def test_these_movements_need_the_servo_and_no_stop(axis: Axis, words: tuple[int
 
 @pytest.mark.parametrize(("name", "number"), [("SI06", "12.400"), ("SI00", "12.600")])
 def test_a_stop_ends_a_return_to_origin_by_command(name: str, number: str) -> None:
-    """The moving axis has no origin then; the axis that was to follow keeps its origin.
+    """The moving axis loses its origin. The axis of the second step keeps its origin.
 
     Rule: origin-command-needs.
     Source: remote command guide 1.2
@@ -273,7 +275,9 @@ def test_a_stop_ends_a_return_to_origin_by_command(name: str, number: str) -> No
 
 @pytest.mark.parametrize("robot", [1, 2])
 def test_a_return_to_origin_is_refused_while_another_one_is_under_way(robot: int) -> None:
-    """SI(14) moves the axis of robot 1. A command for robot 2 is refused until it has ended.
+    """SI(14) returns the axis of robot 1 to its origin.
+
+    Meanwhile, an origin command for robot 2 is refused.
 
     Rule: origin-command-needs.
     """

@@ -1,6 +1,6 @@
 """A pallet movement goes to a work position between the points that define a pallet.
 
-The pallet has 3 x 2 work positions: 1 to 3 along X, and 4 to 6 beside them in Y.
+The pallet has 3 x 2 work positions. Positions 1 to 3 lie along X, and 4 to 6 are the next row in Y.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ def _mover(**config: Any) -> Master:
         (5, [10_000, 30_000, 4_000, 8_000]),
     ],
 )
-def test_ptp_to_a_work_position(work: int, expected: list[int]) -> None:
+def test_a_ptp_movement_reaches_the_work_position(work: int, expected: list[int]) -> None:
     """All axes move to the work position. Source: remote command guide 4.2.5, PTP designation."""
     master = _mover()
     answer = master.execute(0x0018, PULSES | 0x0004, 0, 70, 7, work)
@@ -45,10 +45,11 @@ def test_ptp_to_a_work_position(work: int, expected: list[int]) -> None:
     assert answer == (NORMAL, 0, 0, 0, *low_high(*expected), 0, 0, 0, 0)
 
 
-def test_arch_to_a_work_position() -> None:
+def test_an_arch_movement_reaches_the_work_position() -> None:
     """Axis 3 rises to 40.000 mm and comes down to 4.000 mm.
 
-    At 10 % an axis does at most 500 pulses per cycle. The other axes start at 10.000 mm.
+    At 10 % an axis moves at most 500 pulses per cycle. The other axes start when axis 3 is at
+    10.000 mm.
 
     Source: remote command guide 4.2.5, arch designation, steps 1 to 4
     """
@@ -66,11 +67,11 @@ def test_arch_to_a_work_position() -> None:
     ("code", "axes", "pallet", "work", "alarm"),
     [
         pytest.param(0x0018, 0, 8, 1, "6.1", id="pallet 8 is not defined"),
-        pytest.param(0x0018, 0, 7, 7, "6.2", id="six work positions only"),
-        pytest.param(0x0019, 0x0400, 8, 1, "6.1", id="arch, no such pallet"),
+        pytest.param(0x0018, 0, 7, 7, "6.2", id="the pallet has only six work positions"),
+        pytest.param(0x0019, 0x0400, 8, 1, "6.1", id="arch to a pallet that does not exist"),
     ],
 )
-def test_an_undefined_work_position(
+def test_a_movement_to_an_undefined_work_position_is_refused(
     code: int, axes: int, pallet: int, work: int, alarm: str
 ) -> None:
     """A movement to an undefined work position is refused.

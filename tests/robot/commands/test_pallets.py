@@ -32,7 +32,7 @@ BOX_PALLET = {3: Pallet(3, 2, 3, 200)}
         ((32767, 1, 1), True),
         ((31, 7, 151), True),  # 32767
         ((32, 32, 32), False),  # 32768
-        ((256, 256, 1), False),  # 65536 positions, which is 0 in 16 bits
+        ((256, 256, 1), False),  # 65536 positions, which are 0 in 16 bits
         ((2, 1, 16384), False),
         ((0, 1, 1), False),
         ((1, 0, 1), False),
@@ -92,9 +92,9 @@ def test_a_pallet_need_not_be_a_rectangle(work: int, expected: tuple[int, int]) 
 
 
 def test_all_axes_are_interpolated_and_rounded_in_the_unit_of_the_points() -> None:
-    """A third of the way is rounded: 1 -> 0, 2 -> 1, 5 -> 2, -5 -> -2, 100 -> 33.
+    """A third of the distance is rounded: 1 -> 0, 2 -> 1, 5 -> 2, -5 -> -2, 100 -> 33.
 
-    A half is rounded away from 0.
+    At half of the distance, .5 is rounded away from 0.
 
     Rule: work-positions.
     Source: remote command guide 4.4.3
@@ -107,7 +107,7 @@ def test_all_axes_are_interpolated_and_rounded_in_the_unit_of_the_points() -> No
     assert master.robot.points[50] == Point((1, 1, 3, -3, 50, -50))
 
 
-def test_the_result_has_hand_and_arm_rotation_of_the_first_point() -> None:
+def test_a_pallet_point_takes_hand_and_arm_rotation_from_the_first_point() -> None:
     """Rule: point-units. Source: remote command guide 4.4.3."""
     first = Point((0,) * 6, mm=True, hand=2, arm1=1, arm2=-1)
     master = ready(points={0: first, 1: _mm(10)}, pallets={0: Pallet(2, 1, 1, 0)})
@@ -138,7 +138,7 @@ def test_the_points_of_a_pallet_have_the_same_unit() -> None:
 
 
 def test_a_position_beyond_32_bits_is_refused() -> None:
-    """At the last position in Z and X the coordinate would be 2^31.
+    """At the last position in Z and X the coordinate would be 2^31, so the command is refused.
 
     Rule: overflow.
     Source: remote command guide 4.4.3
@@ -153,7 +153,7 @@ def test_a_position_beyond_32_bits_is_refused() -> None:
 
 
 def test_the_target_pallet_must_be_defined_and_its_definition_ends_the_work_positions() -> None:
-    """The pallet has 3 * 2 * 3 = 18 positions.
+    """Positions from 19 on are refused, since the pallet has 3 * 2 * 3 = 18 positions.
 
     Rule: pallet-point, undefined-pallet.
     Source: remote command guide 4.4.3

@@ -9,7 +9,7 @@ from robot_master import NORMAL_END, Master, abnormal_end
 from stored_data import long_words, ready
 
 WRITE, READ = 0x0220, 0x0224
-#: The table of the guide: the number of each parameter, and the limits of axis parameters.
+#: The guide's table of parameters: the number of each, and the limits if it belongs to an axis.
 AXIS_PARAMETERS = {
     257: (1, 100),
     258: (1, 100),
@@ -33,7 +33,7 @@ def _write(master: Master, number: int, axes: int, value: int, robot: int = 0) -
 
 
 def _read(master: Master, number: int, axes: int, robot: int = 0) -> tuple[int, ...]:
-    """Return m+8 and m+10, after a check of the other response words."""
+    """Check the other response words, and return m+8 and m+10."""
     answer = master.execute(robot << 12 | READ, 0, number, axes)
     assert answer[:4] == (0x0200, 0, number, axes)
     assert answer[6:] == (0,) * 10
@@ -66,7 +66,7 @@ def test_a_payload_is_0_to_the_maximum_payload(number: int, axes: int, limit: in
     assert _read(master, number, axes) == long_words(limit)
 
 
-def test_the_payload_in_kg_and_in_g_is_one() -> None:
+def test_the_payload_in_kg_and_in_g_is_the_same_value() -> None:
     """A payload of 7 kg is read as 7000 g. A payload of 7999 g is read as 7 kg.
 
     Rule: payload.
@@ -80,8 +80,12 @@ def test_the_payload_in_kg_and_in_g_is_one() -> None:
     assert _read(master, AXWGHT, 1) == long_words(0)
 
 
-def test_parameters_as_delivered() -> None:
-    """Rule: parameter-defaults. Source: remote command guide 4.4.2."""
+def test_parameters_have_the_values_of_a_delivered_controller() -> None:
+    """Parameters that nothing has set have the values of a delivered controller.
+
+    Rule: parameter-defaults.
+    Source: remote command guide 4.4.2.
+    """
     expected = {1: 0, 2: 0, 257: 100, 258: 100, 259: 80, 260: 2000, 262: 0, 264: 2000, 265: 2000}
     expected |= {266: 100, 267: 1000, 268: 0, 269: 0, 270: 100}
     master = ready()
@@ -130,7 +134,7 @@ def test_a_parameter_has_one_axis_or_none(code: int, number: int, axes: int) -> 
     assert master.execute(code, 0, number, axes, *value)[0] == 0x0200
 
 
-def test_one_number_presets_a_parameter_of_every_axis_and_of_every_robot() -> None:
+def test_a_single_number_in_a_robot_file_presets_all_axes_or_robots() -> None:
     """The controller has six axes, and robot 4 has the last of them.
 
     Source: remote command guide 4.4.2.

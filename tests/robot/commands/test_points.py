@@ -9,7 +9,7 @@ from robot_master import NORMAL_END, abnormal_end
 from stored_data import long_words, power_cycle, ready
 
 WRITE, READ, ASSIGN, ADD, SUBTRACT = 0x0100, 0x0101, 0x0230, 0x0234, 0x0235
-#: The data of the guide's examples, as printed: 10000, -20000, 5000, -18000.
+#: Words of the point data 10000, -20000, 5000, -18000, as the guide's examples print them.
 PRINTED = (0x2710, 0x0000, 0xB1E0, 0xFFFF, 0x1388, 0x0000, 0xB9B0, 0xFFFF, 0, 0, 0, 0)
 PULSES = Point((10000, -20000, 5000, -18000, 0, 0))
 MM = Point((10000, -20000, 5000, -18000, 0, 0), mm=True)
@@ -25,7 +25,7 @@ def test_point_data_have_32_bits_on_each_of_six_axes() -> None:
 
 
 @pytest.mark.parametrize(("bits", "hand"), [(0, 0), (1, 1), (2, 2), (3, 0)])
-def test_two_bits_tell_the_hand_system(bits: int, hand: int) -> None:
+def test_bits_1_and_2_of_the_flags_are_the_hand_system(bits: int, hand: int) -> None:
     """01 is right-handed and 10 left-handed. Any other value means no hand system.
 
     Rule: point-hand.
@@ -40,8 +40,10 @@ def test_two_bits_tell_the_hand_system(bits: int, hand: int) -> None:
 @pytest.mark.parametrize(
     ("bits", "shown"), [(0b0000, 0), (0b0001, 1), (0b1111, 15), (0b0010, 0), (0b1110, 0)]
 )
-def test_four_bits_tell_the_arm_rotation(low: int, bits: int, shown: int) -> None:
-    """0001 is 1, 1111 is -1, and all other values are 0. Arm 1 begins at bit 3, arm 2 at bit 7.
+def test_each_arm_rotation_has_four_bits(low: int, bits: int, shown: int) -> None:
+    """0001 means 1, 1111 means -1, and all other values mean 0.
+
+    Arm 1 begins at bit 3, arm 2 at bit 7.
 
     Rule: point-hand.
     Source: remote command guide 4.3.1
@@ -61,13 +63,13 @@ def test_hand_and_arm_rotation_count_only_in_millimetres_with_a_scara_robot(unit
         assert master.execute(READ, 0, 7)[3] == (flag if unit and robots else unit)
 
 
-def test_a_point_that_is_not_defined_has_no_data_to_refer_to() -> None:
+def test_reading_a_point_that_is_not_defined_is_refused() -> None:
     """Source: remote command guide 4.3.1."""
     master = ready(undefined_point_alarm="6.5")
     assert master.execute(READ, 0, 0) == abnormal_end("6.5")
 
 
-def test_point_1_becomes_point_2_with_all_that_belongs_to_it() -> None:
+def test_assigning_point_2_to_point_1_copies_units_hand_and_arms() -> None:
     """Point 2 (the source) and the comment of point 1 do not change.
 
     Source: remote command guide 4.4.3.
@@ -142,7 +144,7 @@ def test_both_points_must_be_defined(code: int) -> None:
     assert master.execute(code, 0, 2, 1) == ends
 
 
-def test_a_restored_snapshot_has_the_points_of_its_time() -> None:
+def test_restoring_a_snapshot_restores_the_points() -> None:
     """Restoring a snapshot restores the points that commands wrote, and movements use them.
 
     Source: remote command guide 4.3.1

@@ -72,7 +72,10 @@ def test_all_16_tasks_can_be_taken_and_then_no_task_is_vacant() -> None:
 
 
 def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
-    """The old program leaves the task. The new program is at its first line. Rule: task-table."""
+    """The program that was in the task leaves it.
+
+    The new program is at its first line. Rule: task-table.
+    """
     master = program_master()
     master.execute(*telegram(REGISTER, NUMBER, program=2, task=2, priority=5))
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -82,10 +85,11 @@ def test_a_program_moves_to_the_task_where_it_is_registered_anew() -> None:
     assert master.execute(*telegram(INFO, NUMBER, program=2)) == abnormal_end("6.262")
 
 
-def test_a_program_whose_task_another_takes_can_be_started_by_that_one() -> None:
-    """A program that lost its task to another program can be started by that program.
+def test_a_program_that_lost_its_task_can_be_started_by_another_program() -> None:
+    """A second program has taken the task of the first program, and starts the first program.
 
-    It had stopped in its second line. It starts at its first line in the next vacant task.
+    The first program had stopped in its second line. It starts at its first line, in the next
+    vacant task.
 
     Rule: task-table.
     """
@@ -112,7 +116,7 @@ def test_a_program_is_found_by_its_name() -> None:
     assert info(master, 2) == (2, 5, 1, 9)
 
 
-def test_of_names_that_are_equal_up_to_16_characters_the_lowest_number_counts() -> None:
+def test_if_names_are_equal_in_16_characters_the_lowest_program_number_counts() -> None:
     """Rule: register-program. Source: remote command guide 4.6.1."""
     long = "ABCDEFGHIJKLMNOP"
     programs = [RobotProgram(name) for name in ("MAIN", f"{long}_3", f"{long}_2")]
@@ -126,7 +130,7 @@ def test_of_names_that_are_equal_up_to_16_characters_the_lowest_number_counts() 
 @pytest.mark.parametrize(
     "words",
     [
-        telegram(REGISTER, NUMBER, program=3, priority=1),  # only two programs exist
+        telegram(REGISTER, NUMBER, program=3, priority=1),  # only programs 1 and 2 exist
         telegram(REGISTER, NUMBER, program=100, priority=1),
         telegram(REGISTER, NAME, priority=1, name="THIRD"),
         telegram(REGISTER, NAME, priority=1),
@@ -225,7 +229,7 @@ def test_the_auto_operation_start_input_runs_all_programs_in_a_task_too() -> Non
 
 
 def test_the_start_input_has_no_effect_while_a_program_runs() -> None:
-    """A start input has no effect on programs that do not run, either. Rule: program-start."""
+    """SI(12) does not start the other programs while one program runs. Rule: program-start."""
     master = registered_master(3)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.pulse("SI12")
@@ -249,8 +253,8 @@ def test_stopped_programs_go_on_and_ended_programs_stay_ended() -> None:
     assert master.so[35] == 0b1101
 
 
-def test_two_orders_in_a_row_are_both_carried_out() -> None:
-    """The second program may be ordered before the first program has started."""
+def test_two_programs_started_in_a_row_both_run() -> None:
+    """The second start command may come before the first program has started."""
     master = registered_master(2, program_start_delay=500)
     master.execute(*telegram(EXECUTE, NUMBER, program=1))
     master.execute(*telegram(EXECUTE, NUMBER, program=2))
@@ -321,7 +325,7 @@ def test_programs_are_run_and_reset_in_auto_mode_only(code: int) -> None:
     assert master.execute(*register) == NORMAL_END
 
 
-def test_where_programs_need_the_servos_the_command_does_too() -> None:
+def test_execute_program_needs_the_servos_if_programs_need_them() -> None:
     """Rule: execute-programs, program-servo."""
     master = program_master(program_needs_servo=True, servo_off_alarm="9.5")
     assert master.execute(*telegram(EXECUTE, ALL)) == abnormal_end("9.5")

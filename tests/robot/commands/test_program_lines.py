@@ -27,7 +27,7 @@ from program_commands import (
 from rcx_harness.robot import RobotProgram
 from robot_master import NORMAL_END, abnormal_end
 
-#: Line 1 calls the lines 4 to 6.
+#: A program whose line 1 calls the subroutine in lines 4 to 6.
 CALLING = RobotProgram(
     "CALLING",
     steps=("GOSUB *SUB", "SO(31)=1", "END", "*SUB:", "SO(30)=1", "RETURN"),
@@ -140,7 +140,7 @@ def test_after_its_last_line_a_program_ends_or_begins_again(loop: bool, shown: i
     assert master.so[35] == shown
 
 
-def test_a_program_without_steps_is_one_line_that_lasts_its_duration() -> None:
+def test_a_program_without_steps_has_one_line_with_its_duration() -> None:
     """Rule: program-length, program-lines."""
     master = program_master(RobotProgram(duration=200))
     master.execute(*telegram(STEP, NUMBER, program=1))
@@ -174,7 +174,7 @@ def test_so14_shows_that_all_programs_have_been_reset() -> None:
     assert master.on("SO14")
 
 
-def test_so14_comes_with_the_last_program_that_is_reset() -> None:
+def test_so14_turns_on_when_the_last_program_is_reset() -> None:
     """Rule: busy-programs."""
     master = registered_master(2)
     master.execute(*telegram(SKIP, NUMBER, program=1))
@@ -185,7 +185,7 @@ def test_so14_comes_with_the_last_program_that_is_reset() -> None:
     assert (lines(master)[:2], master.on("SO14")) == ([1, 1], True)
 
 
-def test_two_resets_in_a_row_are_both_carried_out() -> None:
+def test_two_program_resets_in_a_row_both_take_effect() -> None:
     """Rule: program-received."""
     master = registered_master(2, program_reset_delay=300)
     for number in (1, 2):
@@ -235,8 +235,11 @@ def test_a_running_program_answers_unless_the_controller_refuses_it() -> None:
         assert answer[:6] == ((0x0200, 0, 1, 1, 2, 32) if answers else (*abnormal_end("9.2")[:6],))
 
 
-def test_a_name_without_effect_may_hold_anything() -> None:
-    """The name counts only with its own designation method. Source: remote command guide 4.6.4."""
+def test_a_program_name_is_checked_only_with_the_designation_by_name() -> None:
+    """With designation by number, an illegal name is ignored.
+
+    Source: remote command guide 4.6.4.
+    """
     master = program_master()
     assert master.execute(INFO, NUMBER, 1, 0, 0, 0, 0x0100)[0] == 0x0200
     assert master.execute(INFO, NAME, 0, 0, 0, 0, 0x0100)[0] == 0x4000

@@ -1,4 +1,4 @@
-"""PUSH moves an axis to a target and pushes a workpiece that stands in its way."""
+"""PUSH moves an axis to a target, and pushes a workpiece that it meets on the way."""
 
 from __future__ import annotations
 
@@ -43,10 +43,10 @@ def _pushes_for(master: Master, *words: int) -> int:
 
 
 @pytest.mark.parametrize("code", EVERY)
-def test_push_completed_at_time_out(code: int) -> None:
-    """The axis stays at the workpiece's position, even if the workpiece is removed then.
+def test_a_push_against_a_workpiece_ends_after_the_push_time(code: int) -> None:
+    """Bit 0 of m+6 is 1 at the end.
 
-    Bit 0 of m+6 is 1.
+    The axis stays at the workpiece, even if the workpiece is removed after the end.
 
     Rule: push.
     Source: remote command guide 4.2.23, p
@@ -60,7 +60,7 @@ def test_push_completed_at_time_out(code: int) -> None:
 
 
 @pytest.mark.parametrize("code", EVERY)
-def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
+def test_a_push_without_a_workpiece_reaches_its_target(code: int) -> None:
     """Without a workpiece the axis reaches its target, and bit 0 of m+6 is 0.
 
     Rule: push.
@@ -73,8 +73,8 @@ def test_push_ended_in_a_status_other_than_time_out(code: int) -> None:
 
 
 @pytest.mark.parametrize("time", [1, 250, 32767])
-def test_the_push_time_period(time: int) -> None:
-    """The time counts in cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
+def test_a_push_lasts_for_the_push_time_period(time: int) -> None:
+    """The push time is counted in cycles of 5 ms. Source: remote command guide 4.2.23, jjjj."""
     pushed = _pushes_for(_mover(workpiece=4_500), *_words(0x004D, TIME, time=time))
     assert time <= pushed < time + 10 if time > 5 else pushed <= 10
 
@@ -100,7 +100,7 @@ def test_a_workpiece_that_gives_way_restarts_the_time() -> None:
     assert master.robot.positions[2] == 5_000
 
 
-def test_a_workpiece_beyond_the_target_is_not_met() -> None:
+def test_a_push_does_not_reach_a_workpiece_beyond_its_target() -> None:
     """Rule: push-model."""
     assert _mover(workpiece=5_001).execute(*_words(0x004D))[:4] == (NORMAL, 0, 0, 0)
 
@@ -137,8 +137,10 @@ def test_the_stop_input_ends_a_push_with_12_400() -> None:
 
 
 @pytest.mark.parametrize(("start", "sign"), [(0, 1), (0, -1), (700, -1), (-700, 1)])
-def test_a_target_at_the_workpiece_is_reached_and_pushes_nothing(start: int, sign: int) -> None:
-    """From either side, the axis touches the workpiece without going further.
+def test_a_push_to_the_position_of_the_workpiece_reaches_its_target(start: int, sign: int) -> None:
+    """The target is the workpiece's position.
+
+    From either side, the axis stops there and does not push.
 
     Rule: push-model.
     Source: remote command guide 4.2.23, p

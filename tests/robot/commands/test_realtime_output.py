@@ -15,7 +15,7 @@ from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 DEFINE, READ, ENABLE = 0x701, 0x702, 0x703
 DUTY = 13
-#: 20 % of the maximum torque is 100 % of the rated torque.
+#: Axis data in which 20 % of the maximum torque are 100 % of the rated torque.
 HOLDING = (Axis(holding_torque=20), Axis(holding_torque=-10), Axis(robot=2, holding_torque=1))
 
 
@@ -28,7 +28,7 @@ def _word(master: Master, number: int) -> int:
 
 
 def test_the_examples_define_word_24_as_the_motor_duty_of_robot_1_axis_2_and_show_it() -> None:
-    """When enabled, the output shows -10 % of the maximum torque as 50 % of the rated torque.
+    """Once enabled, word 24 shows the torque of -10 % of the maximum as 50 % of the rated torque.
 
     Rule: real-time-output, real-time-items.
     Source: remote command guide 4.9.1, 4.9.2, 4.9.3
@@ -43,7 +43,7 @@ def test_the_examples_define_word_24_as_the_motor_duty_of_robot_1_axis_2_and_sho
     assert _word(master, 24) == 50
 
 
-def test_each_word_shows_what_was_defined_for_it_last() -> None:
+def test_each_word_shows_the_item_that_was_defined_last() -> None:
     """Words 24 and 127 are the first and the last word.
 
     Rule: real-time-output.
@@ -59,7 +59,7 @@ def test_each_word_shows_what_was_defined_for_it_last() -> None:
     assert not any(master.so[50:254])
 
 
-def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
+def test_words_without_real_time_output_belong_to_the_robot_programs() -> None:
     """While the function is invalid, all words belong to the robot programs.
 
     Rule: real-time-update.
@@ -77,7 +77,7 @@ def test_words_that_are_not_put_out_are_the_robot_programs() -> None:
     assert (_word(master, 24), _word(master, 25)) == (0x1234, 0x1234)
 
 
-def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
+def test_real_time_words_follow_the_axes_without_a_change_from_the_master() -> None:
     """The words follow the axes even if the master changes nothing. Rule: real-time-update."""
     axes = (Axis(moving_torque=10), Axis())
     master = _master(axes=axes)
@@ -98,7 +98,7 @@ def test_the_words_follow_by_themselves_while_the_axes_move_and_stand() -> None:
 
 
 def test_the_words_are_updated_at_the_interval_of_the_configuration() -> None:
-    """The words change every 40 ms. They never show the positions in between.
+    """The words change every 40 ms, and do not show positions between two updates.
 
     Rule: real-time-update.
     """
@@ -116,8 +116,11 @@ def test_the_words_are_updated_at_the_interval_of_the_configuration() -> None:
     assert {after - before for before, after in pairwise(steps)} == {8}
 
 
-def test_a_definition_and_the_parameter_do_not_wait_for_the_interval() -> None:
-    """The interval of 60 s counts for values only. Rule: real-time-update."""
+def test_a_definition_takes_effect_at_once() -> None:
+    """The update interval of 60 s applies only to values, not to the definition of a word.
+
+    Rule: real-time-update.
+    """
     master = _master(real_time_interval=60_000.0)
     master.pulse("SI01")
     master.execute(ENABLE, 0, 1)
@@ -158,8 +161,8 @@ def test_a_word_without_definition_answers_item_0() -> None:
     assert _master().execute(READ, 0, 127) == (0x0200, 0, 127, *(0,) * 13)
 
 
-def test_items_that_the_configuration_does_not_name_show_0() -> None:
-    """Items without a number in the configuration show 0, and their options are not checked.
+def test_items_without_a_quantity_in_the_configuration_show_0() -> None:
+    """The word of such an item shows 0, and the item's options are not checked.
 
     Rule: real-time-items.
     """
@@ -172,14 +175,16 @@ def test_items_that_the_configuration_does_not_name_show_0() -> None:
 
 
 @pytest.mark.parametrize("options", [(0, 1), (1, 0), (1, 3), (3, 1), (5, 1), (2, 2)])
-def test_an_axis_that_is_not_there_cannot_be_put_out(options: tuple[int, int]) -> None:
+def test_real_time_output_of_an_axis_that_does_not_exist_is_refused(
+    options: tuple[int, int],
+) -> None:
     """Rule: real-time-stored."""
     master = _master(no_axis_alarm="9.1")
     assert master.execute(DEFINE, 0, 24, 0, DUTY, *options) == abnormal_end("9.1")
     assert master.execute(READ, 0, 24)[4] == 0
 
 
-def test_every_quantity_can_be_put_out_with_its_sign_and_its_upper_word() -> None:
+def test_every_quantity_is_shown_with_its_sign_and_its_upper_word() -> None:
     """Axis 2 of robot 1 is at -70000 pulses (0xFFFE EE90) and holds -10 % of the maximum torque.
 
     Rule: real-time-items.
@@ -225,7 +230,7 @@ def test_every_quantity_can_be_put_out_with_its_sign_and_its_upper_word() -> Non
     assert 0 < shown["servo_on_time"] < seconds
 
 
-def test_items_are_named_in_the_robot_file(tmp_path: Path) -> None:
+def test_a_robot_file_names_the_items_of_the_real_time_output(tmp_path: Path) -> None:
     """Rule: real-time-items."""
     file = tmp_path / "robot.toml"
     file.write_text('[real_time_items]\n1 = "position_pulses"\n45 = "operating_time.high"\n')

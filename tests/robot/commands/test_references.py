@@ -42,7 +42,7 @@ def test_each_robot_has_its_own_configuration() -> None:
 
 @pytest.mark.parametrize(("arm", "flag"), [(0, 0b011), (1, 0b101)])
 def test_the_position_shows_the_hand_system_if_it_is_configured(arm: int, flag: int) -> None:
-    """01 is right-handed, 10 left-handed. Bit 0 is as the example prints it.
+    """01 means right-handed, 10 left-handed. Bit 0 is as in the printed example.
 
     Rule: position-hand.
     Source: remote command guide 4.7.4
@@ -120,7 +120,7 @@ def test_a_robot_other_than_a_scara_robot_shows_9(code: int) -> None:
 
 
 def test_the_example_shows_the_origins_of_robot_1() -> None:
-    """The answer names all types of axes, for motor type 0 and for every pattern without a meaning.
+    """Motor type 0, and every value without a meaning, select axes of all types.
 
     Source: remote command guide 4.7.11
     """
@@ -132,9 +132,9 @@ def test_the_example_shows_the_origins_of_robot_1() -> None:
 
 
 def test_robot_0_is_the_entire_system() -> None:
-    """m+4 has one state for the system, even with a motor type.
+    """For robot 0, m+4 has a single state for all robots.
 
-    Motor types apply to robots 1 to 4 only.
+    The motor type only has an effect for robots 1 to 4.
 
     Rule: origin-system.
     Source: remote command guide 4.7.11
@@ -149,7 +149,7 @@ def test_robot_0_is_the_entire_system() -> None:
     assert answer_of(master, 0x250F) == _data(0, *(NO_AXIS,) * 5)
 
 
-def test_the_motor_type_chooses_axes_and_the_others_are_not_applicable() -> None:
+def test_the_origin_status_of_axes_of_other_motor_types_is_not_applicable() -> None:
     """Rule: origin-types-read. Source: remote command guide 4.7.11."""
     axes = (Axis(), Axis(type="incremental"), Axis(type="semi_absolute"), Axis())
     master = powered_up(axes=axes)
@@ -200,7 +200,7 @@ def test_a_moving_axis_needs_torque_in_its_direction() -> None:
     assert [torques.of_max(axis) for axis in (0, 1)] == [-5, 0]
 
 
-def test_a_negative_torque_is_shown_as_such() -> None:
+def test_a_negative_torque_is_shown_with_its_sign() -> None:
     """A torque of -5 is shown as 0xFFFB. Source: remote command guide 4.7.12."""
     master = powered_up(axes=(Axis(holding_torque=-5),))
     master.pulse("SI01")
@@ -208,7 +208,7 @@ def test_a_negative_torque_is_shown_as_such() -> None:
     assert answer_of(master, 0x0516) == _data(0xFFE7)
 
 
-def test_the_max_torque_limits_what_is_shown() -> None:
+def test_the_shown_torque_does_not_exceed_the_max_torque() -> None:
     """The limit applies from the next movement on. Rule: torque-model."""
     master = powered_up(axes=(Axis(holding_torque=90),))
     master.pulse("SI01")

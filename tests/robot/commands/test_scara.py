@@ -1,6 +1,6 @@
 """Remote commands move a robot with the arms of a YK400XE: 225 and 175 mm.
 
-The point that most tests use, x = 150, y = 240 mm, is 283.02 mm from the base.
+Most tests use the point x = 150, y = 240 mm, which is 283.02 mm from the base.
 """
 
 from __future__ import annotations
@@ -69,7 +69,7 @@ def _mm(master: Master, pulses: tuple[int, ...]) -> tuple[float, ...]:
 def test_a_point_in_millimetres_is_reached_with_the_designated_arm() -> None:
     """Axis 2 is at acos((283.02^2 - 225^2 - 175^2) / (2 * 225 * 175)) = 88.83 degrees.
 
-    The right-handed angle is positive. R is 0 in the coordinates.
+    The angle of the right-handed arm is positive. The coordinate R is 0.
 
     Rule: robot-arm.
     """
@@ -83,9 +83,9 @@ def test_a_point_in_millimetres_is_reached_with_the_designated_arm() -> None:
 
 
 def test_a_point_with_a_hand_system_is_reached_with_that_arm() -> None:
-    """The arm reaches the same place with axis 2 bent to the other side.
+    """With the other hand system, axis 2 bends to the other side for the same position.
 
-    The arm status shows the arm's pose.
+    The arm status command shows the present hand system.
 
     Rule: robot-arm.
     Source: remote command guide 4.2.1, 4.7.10
@@ -106,8 +106,8 @@ def test_a_changed_arm_designation_decides_for_points_without_a_hand_system() ->
     assert master.robot.positions[1] < 0
 
 
-def test_ptp_turns_the_joints_evenly_and_the_tool_goes_on_a_curve() -> None:
-    """In front of the robot, the middle of the curve is farther from the base than the line is."""
+def test_with_ptp_the_joints_turn_evenly_and_the_tool_moves_on_a_curve() -> None:
+    """In front of the robot, the curve's middle is farther from the base than a straight line."""
     master = _robot(at=1)
     way = way_of(master, PTP, 0, 0, 0, 2)
     first, last = way[0], way[-1]
@@ -120,9 +120,9 @@ def test_ptp_turns_the_joints_evenly_and_the_tool_goes_on_a_curve() -> None:
 
 
 def test_a_line_is_straight_in_millimetres() -> None:
-    """Y stays 240 mm within a pulse of each axis: 0.4 / 2900 degrees are 0.0024 mm each.
+    """Y stays at 240 mm, except for rounding to pulses (0.0024 mm for each axis).
 
-    The hand system and R stay, too.
+    The hand system and R do not change.
     """
     master = _robot(at=1)
     way = way_of(master, LINE, 0, 0, 0, 2)
@@ -135,8 +135,8 @@ def test_a_line_is_straight_in_millimetres() -> None:
     assert all(at[1] > 613 for at in way)
 
 
-def test_no_axis_is_faster_on_a_line_than_it_can() -> None:
-    """The steps of each axis in 5 ms, and their changes, respect its speed and acceleration.
+def test_a_line_respects_the_speed_and_acceleration_of_each_axis() -> None:
+    """In each cycle of 5 ms, each axis respects its speed and its acceleration.
 
     One pulse is allowed for rounding.
     """
@@ -198,7 +198,7 @@ def test_a_movement_beyond_the_arms_ends_in_an_alarm(words: tuple[int, ...], ala
         ("drive_xy_alarm", "2.337", 1, _DRIVE_X),
     ],
 )
-def test_each_of_these_alarms_has_its_knob(
+def test_a_key_sets_each_alarm_of_a_limit_of_the_arms(
     knob: str, default: str, at: int, words: tuple[int, ...]
 ) -> None:
     """Rule: robot-limits."""
@@ -206,11 +206,11 @@ def test_each_of_these_alarms_has_its_knob(
     assert _robot(at=at, **{knob: "9.9"}).execute(*words) == abnormal_end("9.9")
 
 
-def test_the_angle_of_the_outer_range_is_a_knob() -> None:
-    """The knob sets the bend of axis 2 at which a line ends: 3 degrees and less by default.
+def test_a_key_sets_the_angle_of_the_outer_range() -> None:
+    """The key sets the smallest angle of axis 2 on a line. The default is 3 degrees.
 
-    At y = 399 mm axis 2 is at 8.2 degrees: cos = (399^2 - 225^2 - 175^2) / (2 * 225 * 175). It is
-    more than 3 degrees all the way. At 400 mm it would be 0.
+    At y = 399 mm axis 2 is at 8.2 degrees: cos = (399^2 - 225^2 - 175^2) / (2 * 225 * 175). With a
+    limit of 8.5 degrees, the line to this point is refused.
 
     Rule: robot-limits.
     """
@@ -223,14 +223,14 @@ def test_the_angle_of_the_outer_range_is_a_knob() -> None:
         assert answer == abnormal_end(alarm) if alarm else answer[0] == NORMAL
 
 
-def test_the_stretched_arm_takes_no_line_but_ptp() -> None:
-    """At power-on all axes are at 0, so that the arm is stretched. Rule: robot-limits."""
+def test_a_stretched_arm_refuses_a_line_and_accepts_ptp() -> None:
+    """At power-on all axes are at 0, so the arm is stretched. Rule: robot-limits."""
     master = _robot()
     assert master.execute(LINE, 0, 0, 0, 1) == abnormal_end("2.352")
     assert master.execute(PTP, 0, 0, 0, 1)[0] == NORMAL
 
 
-def test_a_relative_movement_in_millimetres_moves_the_arms_it_needs() -> None:
+def test_a_relative_movement_in_millimetres_moves_the_tool_by_that_distance() -> None:
     """The tool moves 100 mm to the left and 20 mm down; the hand system stays the same."""
     master = _robot(at=3)
     distances = (-100_000, 0, 20_000, 0, 0, 0)
@@ -241,7 +241,7 @@ def test_a_relative_movement_in_millimetres_moves_the_arms_it_needs() -> None:
 
 
 def test_z_alone_is_driven_in_millimetres_downwards() -> None:
-    """0 mm are -1707 pulses, 150 mm 250 000; 75 mm are 124 146.5 pulses."""
+    """0 mm are -1707 pulses and 150 mm are 250 000 pulses, so 75 mm are 124 146.5 pulses."""
     master = _robot()
     assert master.execute(*_words("DriveDirectMm", axes=Z, target=75_000))[0] == NORMAL
     assert master.robot.positions[2] in (124_146, 124_147)
@@ -257,7 +257,10 @@ def test_r_alone_is_driven_to_its_angle_in_the_coordinates() -> None:
 
 
 def test_a_jog_along_x_goes_straight_until_an_axis_or_the_outer_range() -> None:
-    """Y stays 240 mm. At x = sqrt(399.86^2 - 240^2) = 319.8 mm axis 2 is at 3 degrees."""
+    """Y stays at 240 mm.
+
+    At x = sqrt(399.86^2 - 240^2) = 319.8 mm, axis 2 has reached the limit of 3 degrees.
+    """
     master = _robot(at=1)
     answer = master.execute(*_words("JogCartesian", axes=X))
     assert answer[:3] == (ABNORMAL, 2, 334)
@@ -277,7 +280,7 @@ def test_the_tool_at_the_end_of_a_hand_on_r_goes_to_the_point() -> None:
 
 
 def test_the_public_list_has_every_alarm_that_a_knob_takes_from_it() -> None:
-    """The list has all alarms that the manual names, but 4.2 is listed as 4.202.
+    """The list has all alarms that the manual names. It lists 4.2 as 4.202.
 
     Alarms 5.997 to 5.999 are additions of this project.
 
@@ -296,7 +299,7 @@ def test_the_public_list_has_every_alarm_that_a_knob_takes_from_it() -> None:
     assert public_alarms()[config.undefined_code_alarm] == "Illegal remote command"
 
 
-def test_a_line_without_a_hand_system_keeps_the_arm_as_it_stands() -> None:
+def test_a_line_without_a_hand_system_keeps_the_present_hand_system() -> None:
     """The robot stays left-handed although the arm designation is right-handed. Rule: robot-arm."""
     master = _robot(at=3)
     assert master.execute(LINE, 0, 0, 0, 2)[0] == NORMAL
@@ -304,11 +307,10 @@ def test_a_line_without_a_hand_system_keeps_the_arm_as_it_stands() -> None:
     assert master.execute(ARM_STATUS)[2] == 1
 
 
-def test_near_the_base_an_axis_bends_its_way_no_faster_than_it_can() -> None:
+def test_near_the_base_a_line_respects_the_acceleration_of_each_axis() -> None:
     """On the line y = 120 mm the arms fold and unfold near the base.
 
-    The changes of an axis's steps in 5 ms respect its acceleration; 2 pulses are allowed for
-    rounding.
+    Each axis respects its acceleration; the test allows 2 pulses for rounding.
     """
     points = {1: _point((150_000, 120_000)), 2: _point((-150_000, 120_000))}
     master = _robot(at=1, points=points)
@@ -333,11 +335,11 @@ def test_r_alone_is_driven_with_a_hand_on_it_too() -> None:
     assert _at(master) == pytest.approx((141.213, 261.213, 50, 45), abs=0.02)
 
 
-def test_a_hand_beside_r_is_another_arm_2_in_the_commands_too() -> None:
+def test_a_hand_beside_r_changes_arm_2_in_the_commands() -> None:
     """A hand beside the R axis changes the length and angle of arm 2 for commands, too.
 
-    All axes are at 0 degrees; the hand is turned by 10 degrees (29 239 pulses), 25 mm longer and 5
-    mm deep. Its end is 200 mm * sin 10 to the left and 225 + 200 * cos 10 mm in front.
+    All axes are at 0 degrees. The hand turns arm 2 by 10 degrees (29 239 pulses) and makes it 25 mm
+    longer. The end is 200 mm * sin 10 to the left and 225 + 200 * cos 10 mm in front.
 
     Rule: robot-hand.
     """
@@ -350,7 +352,7 @@ def test_a_hand_beside_r_is_another_arm_2_in_the_commands_too() -> None:
     assert _at(master) == pytest.approx((150, 240, 50, 0), abs=0.01)
 
 
-def test_a_movement_along_the_tool_in_pulses_is_one_of_each_axis() -> None:
+def test_a_movet_by_a_point_in_pulses_moves_each_axis_by_its_value() -> None:
     points = {1: _point(RIGHT), 9: Point((-5_000, 7_000, 900, -300, 0, 0))}
     master = _robot(at=1, points=points)
     before = list(master.robot.positions)

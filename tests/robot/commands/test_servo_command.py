@@ -9,7 +9,7 @@ from rcx_harness.robot import Axis
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 ON, OFF, FREE = 0x034, 0x035, 0x036
-#: Values as the servo status reference shows them (guide, 4.7.3).
+#: Values of a servo's state in the answer of the servo status command (guide, 4.7.3).
 STATE = {ON: 1, OFF: 0, FREE: 2}
 TWO_ROBOTS = (Axis(), Axis(), Axis(robot=2), Axis(robot=2))
 
@@ -72,7 +72,10 @@ def test_an_axis_moves_only_with_its_servo_on(code: int) -> None:
 
 
 def test_the_servo_on_input_brings_back_what_a_command_switched_off() -> None:
-    """SI(01) puts the robot servomotor in the ON state. Source: manual chapter 5, 2, SI(01)."""
+    """SI(01) switches a servo ON that a command has switched OFF.
+
+    Source: manual chapter 5, 2, SI(01).
+    """
     master = mover()
     master.execute(OFF, 0, 0x0001)
     master.execute(FREE, 0, 0x0002)
@@ -81,7 +84,7 @@ def test_the_servo_on_input_brings_back_what_a_command_switched_off() -> None:
 
 
 def test_an_emergency_stop_switches_the_servos_off_with_their_brakes() -> None:
-    """A free axis is braked, too. Source: manual chapter 5, 3.1."""
+    """The brakes also lock an axis that was free. Source: manual chapter 5, 3.1."""
     master = mover()
     master.execute(FREE, 0, 0x0001)
     master.turn_and_wait("SI00", False)
@@ -101,7 +104,9 @@ def test_servo_on_takes_its_time() -> None:
 
 
 def test_servo_on_goes_on_in_a_copy_of_the_state() -> None:
-    """In a restored copy, the servo on ends as in the original, and the original does not change.
+    """A copy is restored from a snapshot while a servo on is in progress.
+
+    The servo on ends in the copy as in the original.
 
     Rule: servo-on-command.
     """
@@ -136,7 +141,9 @@ def test_an_emergency_stop_ends_servo_on_with_12_600() -> None:
 
 
 def test_servo_on_needs_motor_power() -> None:
-    """With another setting the command switches the motor power ON itself.
+    """Without motor power, servo on is refused.
+
+    With another setting it switches the motor power ON itself.
 
     Rule: servo-on-command.
     """
@@ -161,7 +168,10 @@ def test_off_and_free_are_possible_in_emergency_stop(code: int) -> None:
 
 @pytest.mark.parametrize("code", [OFF, FREE])
 def test_off_and_free_end_a_return_to_origin_of_the_axis(code: int) -> None:
-    """SI(14) returns axes 3 and 4 together to their origins. Rule: servo-off-command."""
+    """SI(14) returns axes 3 and 4 together to their origins.
+
+    A servo command ends this for its axis. Rule: servo-off-command.
+    """
     master = mover(origin_time=400)
     master.turn_and_wait("SI14", True)
     assert master.robot.machine.origin_running

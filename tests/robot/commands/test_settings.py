@@ -49,7 +49,7 @@ def test_each_robot_has_its_own_settings() -> None:
     assert _values(master) == before
 
 
-def test_before_they_are_set_the_robot_file_gives_speeds_and_amount_and_all_else_is_0() -> None:
+def test_the_robot_file_presets_speeds_and_amount_and_all_other_settings_are_0() -> None:
     """Arm 0 is right-handed. Rule: first-settings."""
     master = powered_up(manual_speed=3, auto_speed=4, program_speed=5, inching_amount=6)
     for robot in (1, 2, 3, 4):
@@ -57,7 +57,7 @@ def test_before_they_are_set_the_robot_file_gives_speeds_and_amount_and_all_else
 
 
 @pytest.mark.parametrize("loses", [False, True])
-def test_settings_after_a_power_cycle(loses: bool) -> None:
+def test_a_key_decides_whether_settings_survive_a_power_cycle(loses: bool) -> None:
     """Rule: settings-power."""
     master = powered_up(power_loses_settings=loses)
     before = _values(master)
@@ -72,8 +72,8 @@ def test_settings_after_a_power_cycle(loses: bool) -> None:
 def test_automatic_and_program_speed_slow_a_movement_down(setting: int) -> None:
     """A movement of 100 000 pulses runs at 50 % of 1 000 000 pulses/s with 5 000 000 pulses/s^2.
 
-    It takes 0.1 s up, 0.1 s at 500 000 pulses/s and 0.1 s down, plus the cycle that accepts the
-    command.
+    It takes 0.1 s for acceleration, 0.1 s at constant speed and 0.1 s for braking, plus the cycle
+    that accepts the command.
 
     Source: remote command guide 4.2.15, 4.2.16
     """

@@ -13,7 +13,7 @@ from rcx_harness import Cell, RobotConfig
 from robot_master import NORMAL_END, Master, abnormal_end, powered_up
 
 READY, RUN, NORMAL, ABNORMAL = 0x0000, 0x0100, 0x0200, 0x4000
-#: A command of each category that writes something.
+#: Telegrams of commands: for each category that writes data, one command.
 COMMANDS = [
     (0x0027, 0, 100),
     (0x0100, 0, 5, 0, 1),
@@ -73,7 +73,7 @@ def _statuses(master: Master, words: tuple[int, ...]) -> list[int]:
         ("always", 10.0, [READY, NORMAL]),
     ],
 )
-def test_the_run_status_comes_or_not_as_configured(
+def test_a_key_decides_whether_the_run_status_is_shown(
     words: tuple[int, ...], knob: str, delay: float, expected: list[int]
 ) -> None:
     """If skipping is configured, only a command shorter than a cycle of 5 ms skips the status.
@@ -85,10 +85,10 @@ def test_the_run_status_comes_or_not_as_configured(
     assert _statuses(master, words) == expected
 
 
-def test_with_random_times_both_happen() -> None:
+def test_with_random_times_the_run_status_is_sometimes_skipped() -> None:
     """Command times are random between 0 and 12 ms.
 
-    A command that is shorter than a cycle ends in the cycle that accepted it.
+    A command that is shorter than a cycle ends in the cycle that accepts it, without status 0x0100.
 
     Rule: run-status, command-times.
     Source: remote command guide 2, step 3
@@ -109,7 +109,7 @@ def test_a_refused_command_ends_abnormally_with_or_without_the_run_status(knob: 
 
 
 def _shown(cell: Cell) -> Iterable[list[int]]:
-    """Return the statuses that the trace shows for each command, without repetitions."""
+    """Return the sequence of statuses of each command in the trace, without repetitions."""
     statuses = [int.from_bytes(cycle.rcx_so[:2], "little") for cycle in cell.trace.cycles()]
     shown = [status for status, _ in groupby(statuses)]
     at_rest = [at for at, status in enumerate(shown) if status == READY]
@@ -137,7 +137,7 @@ def _execute(cell: Cell, block: str) -> None:
         pytest.param(40.0, "short", {(RUN, NORMAL)}, id="never skipped, long"),
     ],
 )
-def test_the_blocks_take_both(
+def test_command_blocks_work_with_and_without_the_run_status(
     build_cell: Callable[..., Cell],
     tmp_path: Path,
     engine: str,
@@ -165,6 +165,6 @@ def test_the_blocks_take_both(
         assert cell["Main.Raw.Response"] == [0, amount] + [0] * 13
     assert cell.commands - before == 60
     shown = [tuple(statuses) for statuses in _shown(cell)]
-    assert len(shown) in (59, 60), "the last status reset may still be under way"
+    assert len(shown) in (59, 60), "the last status reset may not be complete"
     assert set(shown) == expected
     assert not cell.violations

@@ -136,7 +136,7 @@ def test_an_arc_is_stopped_on_the_arc(where: int) -> None:
 
 
 def _interrupted(master: Master, name: str) -> None:
-    """Return a master after a stop at 200 ms in a movement; it is ready for a command."""
+    """Return a master whose movement was stopped after 200 ms, and which is ready for a command."""
     master.send(*MOVEMENTS[name])
     master.run(200)
     master.turn_and_wait("SI06", False)
@@ -160,8 +160,12 @@ ENDS_THE_MEMORY: dict[str, Callable[[Master], object]] = {
 
 @pytest.mark.parametrize("name", ["MOVEI", "DRIVEI"])
 @pytest.mark.parametrize("what", ENDS_THE_MEMORY)
-def test_the_same_command_starts_from_where_the_robot_is_after(what: str, name: str) -> None:
-    """The interrupted movement has no effect on it. The return-to-origin ends at 0 pulses.
+def test_the_same_command_starts_anew_after_an_event_that_ends_its_memory(
+    what: str, name: str
+) -> None:
+    """The interrupted movement does not affect the next command.
+
+    The return-to-origin ends at 0 pulses.
 
     Rule: relative-kept.
     Source: remote command guide 4.2.2, note

@@ -24,7 +24,7 @@ def _only(**at: int) -> list[int]:
     return [at.get(f"task{number}", NO_TASK) for number in range(1, 9)]
 
 
-def test_the_states_of_tasks() -> None:
+def test_task_states_are_read_by_a_command() -> None:
     """The states are stopped, running, suspended, standby and none.
 
     Another request returns tasks 9 to 16.
@@ -109,7 +109,12 @@ def test_a_program_that_another_starts_is_in_a_task_until_its_end_or_a_reset() -
 
 
 def test_tasks_of_a_low_priority_number_go_first() -> None:
-    """The task that runs last writes the value that stays. Rule: priorities."""
+    """Both tasks write SO3().
+
+    The task with the higher priority number runs last in a cycle, so its value remains.
+
+    Rule: priorities.
+    """
     programs = [RobotProgram(f"P{k}", steps=(f"SO3()={k}", "WAIT SI(20)=1")) for k in (1, 2)]
     for first, second, last in ((10, 20, 2), (20, 10, 1)):
         master = program_master(*programs)
@@ -120,7 +125,7 @@ def test_tasks_of_a_low_priority_number_go_first() -> None:
 
 
 def test_the_main_program_is_that_in_task_1_else_program_1() -> None:
-    """The controller is configured to show only the main program by SO(13).
+    """The test sets the key with which SO(13) shows only the main program.
 
     Rule: tasks, task-table.
     """

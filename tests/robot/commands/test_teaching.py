@@ -7,7 +7,7 @@ from typing import Any
 from rcx_harness.robot import Axis, Point
 from robot_master import NORMAL_END, Master, powered_up
 
-#: 500 pulses of axis 1 are one millimetre.
+#: Axis data: axis 1 has 500 pulses per millimetre.
 AXES = (Axis(pulses_per_mm=500.0), Axis(), Axis(robot=2, pulses_per_mm=2000.0))
 
 

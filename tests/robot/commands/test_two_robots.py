@@ -14,7 +14,8 @@ from rcx_harness.robot.paths import AxisMove, PtpPath
 from robot_master import Master, abnormal_end, servos_on
 
 PULSE_OUTPUT = 0x4000
-#: Robot 1 has axes 0 and 1, robot 2 axes 2 and 3. SI(14) returns axis 3 to its origin.
+#: Configuration: robot 1 has axes 0 and 1, robot 2 has axes 2 and 3. SI(14) returns axis 3 to its
+#: origin.
 AXES = (Axis(), Axis(), Axis(robot=2), Axis(robot=2, start=700, type="incremental"))
 POINTS = {19: Point((100_000, 50_000, 0, 0, 0, 0)), 20: Point((-30_000, 40_000, 0, 0, 0, 0))}
 
@@ -75,7 +76,7 @@ def test_a_robot_moves_while_the_other_one_returns_to_its_origin() -> None:
 
 
 def test_a_robot_that_moves_takes_no_other_movement() -> None:
-    """The running movement was not started by a remote command, so the new command is not a change.
+    """The test starts the first movement without a remote command.
 
     Rule: robots-move.
     """
@@ -116,7 +117,9 @@ def test_the_stop_input_stops_all_robots() -> None:
 
 
 def test_servo_off_of_one_robot_leaves_the_other_one_moving() -> None:
-    """The test uses the machine directly, since the network allows one remote command at a time.
+    """The test stops axes by a direct call, as servo off does.
+
+    The network allows only one remote command at a time.
 
     Rule: robots-move.
     """

@@ -55,7 +55,7 @@ def _system(master: Master) -> tuple[int, int, int]:
 
 
 def _at_work(**config: Any) -> Master:
-    """Return a robot after three servo ons, movements of 120 mm and 45 mm, and 3 s."""
+    """Return a robot after three servo ons, movements of 120 mm and 45 mm, and 3 s of operation."""
     master = _master(**config)
     for _ in range(2):
         master.pulse("SI01")
@@ -81,7 +81,7 @@ def test_the_example_resets_the_alarms() -> None:
     assert not master.on("SO03")
 
 
-def test_an_alarm_that_stays_ends_the_alarm_reset() -> None:
+def test_an_alarm_reset_by_command_fails_during_an_emergency_stop() -> None:
     """Rule: reset-command."""
     master = _master()
     master.turn_and_wait("SI00", False)

@@ -139,7 +139,11 @@ def test_real_numbers_have_single_precision() -> None:
     [(2.4, 2, 2), (2.5, 3, 2), (3.5, 4, 3), (-2.4, -2, -2), (-2.5, -3, -2), (-0.4, 0, 0)],
 )
 def test_a_real_number_is_rounded_to_an_integer(value: float, rounded: int, truncated: int) -> None:
-    """Rule: real-to-integer. Source: remote command guide 4.4.1."""
+    """A key selects rounding or truncation of a real number that becomes an integer.
+
+    Rule: real-to-integer.
+    Source: remote command guide 4.4.1.
+    """
     for knob, expected in (("round", rounded), ("truncate", truncated)):
         master = _with({SGR0: value}, real_to_integer=knob)
         assert master.execute(VARIABLE["="], 0, 3, 0, SGR0) == NORMAL_END

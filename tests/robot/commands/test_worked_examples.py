@@ -1,7 +1,7 @@
 """The controller answers the 100 worked examples with their printed answers.
 
-tests/data/worked_examples.toml has the words, and the initial state that the prose assumes. Its
-`differs` entries say where print and prose disagree, and why.
+tests/data/worked_examples.toml has the words, and the initial state that the guide's prose assumes.
+Its `differs` entries say where the printed words and the prose disagree.
 """
 
 from __future__ import annotations
@@ -26,13 +26,13 @@ OTHERS = [number for number in EXAMPLES if number not in JOGS]
 #: Examples in which print and prose disagree, with the controller's reaction to the printed words.
 HOLDS, SAME, REFUSED, KNOB, NONE = (
     "the print holds",
-    "the printed command ends as the meant one",
-    "the printed command is refused, the meant one is not",
-    "the printed answer comes where the name is filled with zeros",
-    "no answer is printed, the table of the section counts",
+    "the printed words and the words of the prose end alike",
+    "the printed words are refused, the words of the prose are accepted",
+    "the printed answer needs a name that is filled with zeros",
+    "no answer is printed, so the section's table gives it",
 )
 DIFFERENT = {
-    9: HOLDS,  # The prose gives the target of another example.
+    9: HOLDS,  # The prose names the target point of another example.
     10: HOLDS,  # The prose does not give the unit of the output.
     29: SAME,  # 0x0032 is all robots, 0x1032 robot 1; there is only one robot.
     42: SAME,  # Push force and time are 50 in print, 100 in the prose.
@@ -58,7 +58,7 @@ def _words(text: str) -> tuple[int, ...]:
 
 
 def _meant(example: Mapping[str, Any], side: str) -> tuple[int, ...]:
-    """Return the words of `command` or `response` as the manual means them."""
+    """Return the words of `command` or `response`, corrected where the print is wrong."""
     return _words(example.get(f"meant_{side}", example[side]))
 
 
@@ -70,7 +70,7 @@ def _section(number: int) -> str:
 def test_the_command_of_the_example_is_answered_as_printed(number: int) -> None:
     """All words from m to m+30 agree with the print, and no rule is violated.
 
-    The effect that the prose describes is there, too.
+    The controller also has the effect that the prose describes.
 
     Rule: versions, flag-bit-0, millimetres.
     Source: remote command guide 4.2.1 to 4.9.3, examples
@@ -117,9 +117,9 @@ def test_the_jog_of_the_example_stops_with_12_400_where_the_print_says(number: i
 
 
 def test_the_table_names_every_example_where_print_and_prose_disagree() -> None:
-    """The table names no other example.
+    """The table has exactly the examples with a `differs` entry.
 
-    For words that differ from the print, it gives the result.
+    If the printed words differ, the table has their result.
     """
     assert {number for number, example in EXAMPLES.items() if "differs" in example} == {*DIFFERENT}
     meant = {number for number, example in EXAMPLES.items() if "meant_command" in example}
@@ -184,7 +184,7 @@ def test_the_push_of_the_print_lasts_50_ms_and_that_of_the_prose_100_ms() -> Non
         assert master.now_us - since_us == ms * 1000
 
 
-def test_the_move_to_point_19_that_chapter_2_shows() -> None:
+def test_the_move_to_point_19_of_chapter_2_ends_normally() -> None:
     """The command requests no position, so all response words are 0.
 
     Source: remote command guide chapter 2, example

@@ -13,14 +13,15 @@ from robot_master import Master
 from robot_programs import started
 
 XY = (Axis(), Axis())
-#: Work positions of a pallet between points 20 to 24 (guide 4.2.5): 3 x 2, 10 mm by 30 mm.
+#: Program lines that define points 20 to 24 of a pallet (guide 4.2.5): 3 x 2 positions, 10 mm by 30
+#: mm.
 PALLET = (
     "P20=0 0 0 0 0 0\nP21=20000 0 0 0 0 0\nP22=0 30000 0 0 0 0\nP23=20000 30000 0 0 0 0\nP24=P20\n"
 )
 
 
 class Case(NamedTuple):
-    """A program, its run time [ms], and the values that are expected then, by name."""
+    """A program, its run time [ms], and the values that are expected after it, by name."""
 
     text: str
     expected: Mapping[str, Any]
@@ -34,9 +35,22 @@ def _parameter(name: str) -> Callable[[Master], Any]:
     return read
 
 
-PARAMETERS = ("ACCEL", "DECEL", "TOLE", "OUTPOS", "WEIGHT", "WEIGHTG", "ARCHP1", "ARCHP2",
-              "AXWGHT", "PSHFRC", "PSHTIME", "PSHMTD", "PSHJGSP", "PSHSPD")  # fmt: skip
-#: Values that a case can check.
+PARAMETERS = (
+    "ACCEL",
+    "DECEL",
+    "TOLE",
+    "OUTPOS",
+    "WEIGHT",
+    "WEIGHTG",
+    "ARCHP1",
+    "ARCHP2",
+    "AXWGHT",
+    "PSHFRC",
+    "PSHTIME",
+    "PSHMTD",
+    "PSHJGSP",
+    "PSHSPD",
+)  # fmt: skip / : Maps the name of a value that a case can check to its function.
 SEEN: dict[str, Callable[[Master], Any]] = {
     "SGI0": lambda master: master.robot.machine.memory.variables.value(0),
     "SO2": lambda master: master.so[34],
@@ -59,8 +73,8 @@ SEEN: dict[str, Callable[[Master], Any]] = {
     **{name: _parameter(name) for name in PARAMETERS},
 }
 
-#: A case for each word of the language. Its values are from the guide if a comment names a section.
-#: SIDE is a second program. It adds 1 to SGI0 and waits for MO(20).
+#: A case for each word of the language. If a comment names a section, the values are from the
+#: guide. SIDE is a second program: it adds 1 to SGI0 and waits for MO(20).
 CASES: dict[str, Case] = {
     "GOTO": Case("GOTO *B\nSGI0=9\n*B: SGI0=SGI0+1", {"SGI0": 1}),
     "GOSUB": Case("GOSUB *S\nSGI0=SGI0*10+2\nEND\n*S: SGI0=1\nRETURN", {"SGI0": 12}),
@@ -191,7 +205,7 @@ def test_the_program_of_each_form_shows_its_effect(form: str) -> None:
 
 
 def test_each_statement_has_a_program_that_uses_it() -> None:
-    """A statement without a test would be only claimed."""
+    """Every statement in the table occurs in the program of a case."""
     assert list(CASES) == EXECUTED
     unused = [word for word, case in CASES.items() if word not in case.text and word != "REM"]
     assert unused == []

@@ -11,7 +11,7 @@ from robot_programs import running, started
 def trail(text: str, ms: float = 100, **config: object) -> int:
     """Return SGI0 after the program has run.
 
-    The program appends a decimal digit at each place it passes.
+    The program appends a decimal digit to SGI0 at each line that it passes.
     """
     return int(running(text, ms, **config).robot.machine.memory.variables.value(0))
 
@@ -52,7 +52,7 @@ def trail(text: str, ms: float = 100, **config: object) -> int:
         ("sgi0=1\ngoto *l\nsgi0=9\n*L:", 1),
     ],
 )
-def test_the_flow_of_a_program(text: str, digits: int) -> None:
+def test_a_program_executes_its_statements_in_order(text: str, digits: int) -> None:
     """Each program writes digits in the order of its statements.
 
     Rule: robot-language.
@@ -81,7 +81,7 @@ def test_an_error_handler_continues_where_resume_says(resume: str, digits: int) 
 
 
 def test_an_error_without_a_handler_stops_the_program_and_is_in_the_history() -> None:
-    """A division by 0 is 6.203 in the guide's variable operations (assumed here, too).
+    """A division by 0 stops the program with alarm 6.203, as in the guide's variable operations.
 
     Rule: robot-language.
     """
@@ -104,7 +104,7 @@ def test_err_and_erl_show_the_last_error() -> None:
 
 
 def test_an_endless_loop_without_a_wait_does_not_stop_the_controller() -> None:
-    """With 100 statements in a cycle, the loop runs 50 times in each 5 ms.
+    """A cycle of 5 ms executes 100 statements, so a loop of two statements runs 50 times.
 
     Rule: program-length.
     """
@@ -115,7 +115,7 @@ def test_an_endless_loop_without_a_wait_does_not_stop_the_controller() -> None:
 
 
 def test_the_number_of_statements_in_a_cycle_is_a_property_of_the_robot() -> None:
-    """With 10 statements in a cycle, the loop runs 5 times in each 5 ms.
+    """If a cycle of 5 ms executes 10 statements, a loop of two statements runs 5 times.
 
     Rule: program-length.
     """

@@ -27,7 +27,7 @@ def when(master: Master, bit: int, within_ms: int = 3000) -> float:
 
 
 def timed(text: str, **config: object) -> tuple[float, float]:
-    """Return how long after SO(20) the outputs SO(21) and SO(22) turn ON [ms]."""
+    """Return the times [ms] from SO(20) ON until SO(21) and SO(22) turn ON."""
     master = started(f"WAIT SI(27)=1\nSO(20)=1\n{text}", axes=XY, **config)
     master.si[34] = 0x80
     begin = when(master, 0)
@@ -144,7 +144,7 @@ def test_stopon_ends_the_movement_and_the_program_continues() -> None:
 
 
 def test_an_output_turns_on_when_the_tool_has_moved_a_distance() -> None:
-    """At 100 mm/s it has moved 40 mm after about 0.41 s, and the line takes 1.02 s.
+    """The tool has moved 40 mm at 100 mm/s after about 0.41 s, and the line takes 1.02 s.
 
     Rule: robot-language.
     """
@@ -290,7 +290,9 @@ def test_a_stop_input_is_not_an_error_of_the_program() -> None:
 
 
 def test_several_axes_of_drive_start_and_end_together() -> None:
-    """The axes move 100 mm and 20 mm. After half the time they are at 50 mm and 10 mm.
+    """The axes move 100 mm and 20 mm in the same time.
+
+    After half of it they are at 50 mm and 10 mm.
 
     Rule: robot-language.
     """
@@ -305,7 +307,7 @@ def test_several_axes_of_drive_start_and_end_together() -> None:
     assert len(set(ways)) > 20
 
 
-#: Two movements: from (0, 0) to (100, 0), then to (200, 0) mm.
+#: A path of two lines: from (0, 0) to (100, 0), then to (200, 0) mm.
 STRAIGHT = "PATH SET\nPATH L,100.0 0.0 0 0 0 0{0}\nPATH L,200.0 0.0 0 0 0 0{0}\nPATH END"
 
 
@@ -347,15 +349,17 @@ def test_an_axis_does_not_exceed_its_acceleration_at_a_corner() -> None:
         master.run(5)
         ways.append(tuple(master.robot.positions))
     assert ways[-1] == (100_000, 100_000)
-    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # within 5 mm of the corner
+    assert all(100_000 - x <= 5_000 or y == 0 for x, y in ways)  # cycles within 5 mm of the corner
     for k in (0, 1):
         speeds = [b[k] - a[k] for a, b in pairwise(ways)]
         changes = [abs(b - a) for a, b in pairwise(speeds)]
-        assert max(changes) <= 5_000_000 * 0.005**2 + 3  # pulses per cycle, squared
+        assert max(changes) <= 5_000_000 * 0.005**2 + 3  # in pulses per cycle squared
 
 
 def test_an_interrupted_path_continues_from_where_the_robot_stands() -> None:
-    """The stop comes on the second line; the robot does not go back to the first.
+    """A stop comes while the robot is on the second line of the path.
+
+    It does not go back to the first line.
 
     Rule: robot-language.
     Source: manual, chapter 1, 4.2 (SI(06), SI(12))
@@ -395,7 +399,7 @@ def test_a_path_that_is_not_defined_or_begins_elsewhere_gets_an_alarm(text: str)
 
 
 def test_wait_arm_waits_for_the_given_axes() -> None:
-    """Axis 2 does not move, so that WAIT ARM(2) ends at once; WAIT ARM(1) ends with the movement.
+    """Axis 2 does not move, so WAIT ARM(2) ends at once. WAIT ARM(1) ends with the movement.
 
     Rule: robot-language.
     """

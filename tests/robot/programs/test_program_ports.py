@@ -14,7 +14,7 @@ from robot_programs import running, started
         ("SO(21)=1\nSO(20)=1\nSO(21)=0", 34, 1),
         ("SET SO(23)", 34, 8),
         ("SO2()=&HFF\nRESET SO(20)", 34, 0xFE),
-        ("SO2(3,1)=2", 34, 8),  # The first bit is the most significant one.
+        ("SO2(3,1)=2", 34, 8),  # the leftmost bit of the list is the most significant
         ("SO(23,21)=1", 34, 2),
         ("SOW(2)=258", 4, 2),
         ("SOW(2)=258", 5, 1),
@@ -34,7 +34,7 @@ def test_an_output_is_written(text: str, byte: int, value: int) -> None:
 
 
 def test_out_turns_an_output_on_for_a_time_and_the_program_continues() -> None:
-    """The output turns OFF 200 ms after OUT. SO(21) turns ON at once.
+    """OUT turns the output ON for 200 ms. The next statement, SO(21)=1, is executed at once.
 
     Rule: robot-language.
     """
@@ -98,7 +98,7 @@ def test_a_stop_does_not_count_for_a_delay() -> None:
     Rule: tasks.
     """
     master = started("DELAY 600\nSO(20)=1")
-    master.run(180)  # the start took 120 ms, so at most 300 ms of the delay have passed
+    master.run(180)  # the start pulse took 120 ms, so at most 300 ms of the delay have passed
     master.turn_and_wait("SI06", False, 1000)
     assert master.so[34] == 0
     master.turn_and_wait("SI06", True)

@@ -109,7 +109,7 @@ def test_an_error_is_reported_with_its_line(text: str, expected: str) -> None:
     ],
 )
 def test_statements_that_differ_in_their_numbers_keep_them(text: str, other: str) -> None:
-    """A statement is read as it is read alone, whether a similar statement precedes it or not.
+    """A statement keeps its own numbers, even if a similar statement was read before it.
 
     Rule: robot-language.
     """
@@ -123,7 +123,7 @@ def test_statements_that_differ_in_their_numbers_keep_them(text: str, other: str
 def test_ten_thousand_lines_need_the_parser_for_few_statements(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    """Reading a large program takes less than 1 s of CPU, because similar lines share a parse."""
+    """Reading a large program takes less than 1 s, because similar lines are parsed once."""
     text = "\n".join(
         f"*L{k}:\nA%=A%+{k}*2\nMOVE P,P{k},S=50,CONT\nIF SI(20)=1 AND A%>{k} THEN *L{k}"
         for k in range(2500)
@@ -174,7 +174,7 @@ def test_a_statement_that_is_not_executed_is_refused_by_its_name(word: object) -
         ("*L: IF SI(20)=1 THEN *E\nGOTO *L\n*E: A=1", []),
     ],
 )
-def test_a_loop_without_end_and_wait_is_named(text: str, lines: list[int]) -> None:
+def test_an_endless_loop_without_a_wait_is_reported(text: str, lines: list[int]) -> None:
     """Rule: robot-language."""
     program, _ = read_program(text)
     assert program is not None
@@ -225,7 +225,7 @@ unknown
 
 
 def test_a_robot_file_takes_all_data_from_a_controller_file(tmp_path: Path) -> None:
-    """Data in the robot file itself have priority over the controller file.
+    """If the robot file contains the same data, they replace those of the controller file.
 
     Rule: robot-language.
     """
@@ -248,7 +248,7 @@ def test_a_robot_file_takes_all_data_from_a_controller_file(tmp_path: Path) -> N
     assert config.variables == {"SGI5": 50, "SGR5": 0.5}
     assert len(config.axes) == 4
     assert config.parameters == {
-        "ACCEL": (80, 100, 70, 100),  # 300 % does not exist
+        "ACCEL": (80, 100, 70, 100),  # a value of 300 % is too large
         "WEIGHTG": (1500, 0, 0, 0),
         "TOLE": (50, 50, 50, 50),
     }
@@ -279,11 +279,12 @@ def test_a_line_that_is_not_an_entry_of_its_section_is_named(tmp_path: Path) -> 
 
 
 def test_a_task_behind_the_last_statement_is_in_the_last_line() -> None:
-    """The program has two statements and a comment in line 3.
+    """A task that has executed all statements is in the last line, which is a comment here.
 
     Rule: robot-language.
     """
     program, errors = read_program("A%=1\nB%=2\n'end")
+    assert program is not None
     assert not errors
     assert [program.line(at) for at in range(len(program.code) + 1)] == [1, 2, 3]
 
@@ -299,7 +300,7 @@ def test_a_long_statement_is_shortened_in_the_message() -> None:
     assert f"'{texts[1][:40]}...'" in messages[1]
 
 
-def test_the_parameters_of_the_robot_file_come_first(tmp_path: Path) -> None:
+def test_parameters_of_the_robot_file_override_those_of_the_controller_file(tmp_path: Path) -> None:
     """Rule: robot-language."""
     (tmp_path / "CELL.ALL").write_text("[PRM]\n/WEIGHTG/ R1=1500\nACCEL(2)=60\nDECEL=50")
     robot = tmp_path / "robot.toml"

@@ -15,7 +15,7 @@ from robot_programs import POINTS, calculated, running
     [
         ("1+2*3", 7),
         ("(1+2)*3", 9),
-        ("2^3^2", 512),  # evaluated from the right
+        ("2^3^2", 512),  # operators are evaluated from right to left
         ("-2^2", -4),
         ("7 MOD 3", 1),
         ("-7 MOD 3", -1),
@@ -58,7 +58,7 @@ from robot_programs import POINTS, calculated, running
         ("UNKNOWN", 0),  # a variable without a value
     ],
 )
-def test_an_expression(expression: str, value: float) -> None:
+def test_an_expression_has_its_value(expression: str, value: float) -> None:
     """Points 1 and 2 are at (100, 50) mm and (20, 0) mm, point 3 at (5000, 6000) pulses.
 
     Rule: robot-language.
@@ -69,7 +69,7 @@ def test_an_expression(expression: str, value: float) -> None:
 @pytest.mark.parametrize(
     ("name", "value", "expected"),
     [
-        ("A%", "2.5", 3),  # rounded, with a half away from 0 (guide 4.4.1)
+        ("A%", "2.5", 3),  # rounded, .5 away from 0 (guide 4.4.1)
         ("A%", "-2.5", -3),
         ("A!", "0.1", 0.1),
         ("A", "0.5", 0.5),  # a real number without a type character
@@ -78,7 +78,7 @@ def test_an_expression(expression: str, value: float) -> None:
     ],
 )
 def test_a_variable_converts_its_value(name: str, value: str, expected: float) -> None:
-    """An assigned value is converted as by the variable commands.
+    """A value is converted to the type of the variable, as by the remote commands for variables.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.4.1 (types of variables)
@@ -143,7 +143,7 @@ def test_a_point_is_assigned(text: str, point: Point) -> None:
 
 
 def test_shifts_hands_and_pallets_are_assigned() -> None:
-    """The stored data are those of the remote commands, in units of 0.001 mm.
+    """The statements store the same data as the remote commands, in units of 0.001 mm.
 
     Rule: robot-language.
     Source: manual, remote command guide 4.3.3 to 4.3.5
@@ -158,7 +158,7 @@ def test_shifts_hands_and_pallets_are_assigned() -> None:
     assert (pallet.nx, pallet.ny, pallet.nz, pallet.first) == (2, 3, 1, 100)
 
 
-def test_timer_and_texts_of_the_clock() -> None:
+def test_time_and_date_functions_read_the_clock() -> None:
     """The clock shows 10:59:59, which is 39,599 s after midnight. The program starts within 1 s.
 
     Rule: robot-language.
@@ -183,5 +183,5 @@ def test_tcounter_counts_from_its_reset(unit: int, counted: int) -> None:
     assert counted <= variables.value(0) <= counted + 5
 
 
-def test_every_function_has_its_types() -> None:
+def test_every_function_declares_the_types_of_its_arguments() -> None:
     assert set(SIGNATURES) == set(FUNCTIONS)

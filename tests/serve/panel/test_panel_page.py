@@ -1,4 +1,4 @@
-"""The faceplate in a real browser: a key pressed on the page is pressed in the program."""
+"""A key that is pressed on the faceplate in a real browser is pressed in the program."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ class _Panel:
         self._scans += 1
 
     def until(self, condition: Callable[[], object], what: str) -> None:
-        """Scan until the condition holds."""
+        """Run scans until the condition holds."""
 
         def now(_: WebDriver) -> object:
             self.scan()
@@ -61,7 +61,7 @@ class _Panel:
         return bool(self.program.read(f"Main.Panel.Key.{name}"))
 
     def shows(self, selector: str) -> str:
-        """Return a text of the page."""
+        """Return the text of the element with this selector."""
         script = "return document.querySelector(arguments[0])?.innerText ?? ''"
         return str(self.browser.execute_script(script, selector))
 
@@ -110,8 +110,11 @@ def test_a_page_that_is_left_releases_its_key(panel: _Panel) -> None:
 
 
 @pytest.mark.exhaustive
-def test_it_says_which_version_of_the_library_runs(panel: _Panel) -> None:
-    """The version is that of the package, in readable form. Source: FC_LibraryVersion."""
+def test_the_page_shows_the_version_of_the_library(panel: _Panel) -> None:
+    """The page shows the version of the library, which is the version of the package.
+
+    Source: FC_LibraryVersion.
+    """
     panel.until(lambda: panel.shows("#version") == version(), "that of FB_Operator")
 
 
@@ -161,8 +164,10 @@ def _sent(panel: _Panel) -> list[object]:
     return sent
 
 
-def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(panel: _Panel) -> None:
-    """The field still has the focus when the mouse goes down on the key.
+def test_a_typed_number_is_sent_before_the_next_key(panel: _Panel) -> None:
+    """A typed number is in the program before the key that is pressed next.
+
+    The field still has the focus when the mouse button is pressed on the key.
 
     Source: RCX_PANEL, Point is where Teach stores.
     """
@@ -175,10 +180,11 @@ def test_a_number_that_is_typed_is_there_before_the_key_that_is_pressed_next(pan
 
 
 @pytest.mark.exhaustive
-def test_a_field_without_a_number_sends_nothing_and_shows_the_old_one(panel: _Panel) -> None:
-    """A press of Teach is not sent either.
+def test_a_field_without_a_number_sends_nothing_and_shows_the_old_number(panel: _Panel) -> None:
+    """A field without a number sends nothing and shows the old number again.
 
-    An empty field means that another point is wanted.
+    A press of Teach is not sent either, because an empty field means that another point was
+    intended.
 
     Source: RCX_PANEL, Point is where Teach stores.
     """

@@ -23,13 +23,13 @@ Captured = pytest.CaptureFixture[str]
 def test_the_page_shows_and_presses_the_keys_of_the_running_program(
     repository: Path, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The page is requested between two slices of the run.
+    """The page shows and presses the keys of the running program.
 
-    Ctrl-C ends the run with all its files.
+    The page is requested between two slices of the run. Ctrl-C ends the run with all its files.
     """
     example, trace = repository / "plc/examples/15_panel", tmp_path / "trace.jsonl"
     run, answers = Cell.run, list[dict[str, Any]]()
-    # A page that sends nothing for a while is dropped. No time passes here, however slow this is.
+    # The time-out for silent pages is not reached, because the test uses a clock that stands still.
     monkeypatch.setattr(plate, "plates_of", partial(plate.plates_of, now=lambda: 0.0))
     printed = ""
 

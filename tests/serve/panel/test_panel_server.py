@@ -1,4 +1,4 @@
-"""The faceplates' web server has pages and messages, and refuses requests of other sites."""
+"""The web server of the faceplates has pages and messages, and refuses requests of other sites."""
 
 from __future__ import annotations
 

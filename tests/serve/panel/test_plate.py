@@ -91,7 +91,7 @@ def test_a_click_that_is_shorter_than_a_scan_is_there_for_one(
 def test_a_page_that_falls_silent_releases_its_keys(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
-    """The keys are hold-to-run, so a lost browser must not move the robot."""
+    """If a page is silent, its keys are released: a lost browser must not move the robot."""
     plate.press("p", 1, ["JogPlus"])
     plate.exchange()
     clock.now += HOLD_S
@@ -118,7 +118,7 @@ def test_waiting_keys_of_a_silent_page_are_not_pressed_later(
         assert _down(program) == []
 
 
-def test_a_stop_is_not_lost_when_another_page_falls_silent(
+def test_a_stop_is_not_lost_if_another_page_is_silent(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
     """Source: docs/how-to/network.md, a key is TRUE for at least one scan."""
@@ -140,7 +140,7 @@ def test_a_stop_is_not_lost_when_another_page_falls_silent(
 
 
 @pytest.mark.parametrize("late_s", [0.1, 10.0])
-def test_a_click_waits_for_a_scan_however_late_that_is(
+def test_a_click_stays_pressed_until_the_next_scan_however_late(
     program: Program, plate: Plate, clock: _Clock, late_s: float
 ) -> None:
     """Source: docs/how-to/network.md, a key is TRUE for at least one scan."""
@@ -151,10 +151,13 @@ def test_a_click_waits_for_a_scan_however_late_that_is(
     assert _scans(program, plate, 3) == [["Stop"], [], []]
 
 
-def test_of_a_page_that_falls_silent_while_it_holds_a_key_only_stop_still_comes(
+def test_a_silent_page_that_holds_keys_still_presses_only_stop(
     program: Program, plate: Plate, clock: _Clock
 ) -> None:
-    """Source: docs/how-to/network.md, a key is there for at least one scan; a jog stops."""
+    """If a page is silent while it holds keys, only Stop is still pressed for a scan; a jog ends.
+
+    Source: docs/how-to/network.md, a key is TRUE for at least one scan.
+    """
     stop: list[list[str]] = [["JogPlus"], ["Stop", "JogPlus"], ["JogPlus"], [], ["JogPlus"]]
     for beat, keys in enumerate(stop):
         plate.press("p", beat, keys)
@@ -182,10 +185,12 @@ def test_a_message_that_comes_too_late_does_not_press_again(program: Program, pl
 
 
 @pytest.mark.parametrize("others", [0, 200])
-def test_a_message_that_comes_after_its_page_was_silent_does_not_press_again(
+def test_a_late_message_of_a_silent_page_does_not_press_again(
     program: Program, plate: Plate, clock: _Clock, others: int
 ) -> None:
-    """A late message of a silent page presses no key, however many pages have come since.
+    """A late message of a page that was silent presses no key again.
+
+    Other pages may have connected in the meantime.
 
     Source: docs/how-to/network.md, a key is TRUE as long as it is held.
     """
@@ -227,7 +232,7 @@ def test_a_page_that_sends_too_much_ends_with_its_last_word(program: Program, pl
     assert _down(program) == ["Start"]
 
 
-def test_a_stop_among_too_much_is_there_for_a_scan(program: Program, plate: Plate) -> None:
+def test_a_stop_among_too_many_keys_is_pressed_for_a_scan(program: Program, plate: Plate) -> None:
     """Source: docs/how-to/network.md, a key is TRUE for at least one scan."""
     for beat in range(200):
         plate.press("p", beat, ["Stop"] if beat == 10 else ["Start"] if beat % 2 else [])
@@ -298,7 +303,7 @@ def test_outputs_of_fb_operator_cannot_be_selected(plate: Plate) -> None:
 
 
 @pytest.mark.parametrize("engine", ENGINES)
-def test_the_message_is_shown_as_people_read_it(engine: str, clock: _Clock) -> None:
+def test_the_message_is_shown_as_readable_text(engine: str, clock: _Clock) -> None:
     """Source: spec/errors.toml, 16#8001 in Japanese; STRING carries UTF-8."""
     program = _program(engine=engine)
     (plate,) = plates_of(program, clock)
@@ -341,7 +346,10 @@ END_PROGRAM
 
 
 def test_every_panel_of_a_program_is_found_by_its_type(tmp_path: Path) -> None:
-    """A panel inside a block counts, but a pin through which a panel is passed does not."""
+    """All panels of a program are found by their type, also inside a block.
+
+    A pin through which a panel is passed is not a panel.
+    """
     found = [plate.path for plate in plates_of(_several(tmp_path))]
     assert sorted(found) == ["Main.Left", "Main.Right", "Main.Side.Own"]
 

@@ -1,4 +1,4 @@
-"""On every engine, parts of a process image are read as bytes, and indices may be calculated."""
+"""Tests of the bytes of process images, and of calculated indices, on every engine."""
 
 from __future__ import annotations
 
@@ -33,8 +33,8 @@ def plant(request: pytest.FixtureRequest, tmp_path: Path) -> Program:
     return build([file], request.param).program
 
 
-def test_a_part_is_read_and_written_where_it_lies(plant: Program) -> None:
-    """Words are little endian for any first index.
+def test_a_part_of_an_array_is_read_and_written_as_bytes(plant: Program) -> None:
+    """Words are read and written little endian, for any lower bound of the array.
 
     Source: engines.base.Program.read_bytes and write_bytes.
     """
@@ -51,17 +51,23 @@ def test_a_part_is_read_and_written_where_it_lies(plant: Program) -> None:
     ("path", "data", "start"),
     [("Main.B", b"12", 7), ("Main.W", b"12", 1), ("Main.W", b"1", 2), ("Main.W", b"12", 8)],
 )
-def test_a_part_that_does_not_fit_is_refused(
+def test_bytes_that_do_not_fit_into_an_array_are_refused(
     plant: Program, path: str, data: bytes, start: int
 ) -> None:
-    """Source: engines.base.Program.write_bytes: whole elements, within the array."""
+    """Bytes that do not fit into the array are refused, and nothing is written.
+
+    Source: engines.base.Program.write_bytes: whole elements, within the array.
+    """
     with pytest.raises(InputError, match=f"{path} holds 8 bytes and cannot take {len(data)} from"):
         plant.write_bytes(path, data, start)
     assert plant.read_bytes(path) == bytes(8)
 
 
-def test_an_index_that_is_worked_out_is_the_element(plant: Program) -> None:
-    """Source: IEC 61131-3, 6.5.1: subscripts are expressions."""
+def test_a_calculated_index_selects_the_element(plant: Program) -> None:
+    """An expression as an index selects the right element.
+
+    Source: IEC 61131-3, 6.5.1.
+    """
     plant.write("Main.K", 4)
     plant.write("Main.U", 3)
     plant.scan(0)
@@ -82,7 +88,9 @@ def test_an_index_that_is_worked_out_is_the_element(plant: Program) -> None:
     ],
 )
 def test_an_index_wraps_before_its_check(tmp_path: Path, k: int, u: int, told: str) -> None:
-    """In a PLC, INT 32767 + 1 is -32768. The C code of matiec does not check bounds.
+    """An index of INT 32767 + 1 wraps to -32768 before the bounds are checked.
+
+    matiec is left out, because its C code does not check bounds.
 
     Source: IEC 61131-3, 6.5.1, and the arithmetic of test_arithmetic.py.
     """

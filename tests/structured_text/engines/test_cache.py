@@ -35,9 +35,9 @@ def program(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def kept(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return the empty cache folder.
+    """Return an empty cache folder.
 
-    The cache takes the tests' temporary files for lasting ones.
+    The fixture lets the cache accept temporary files, which it normally ignores.
     """
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.delenv("RCX_CACHE", raising=False)
@@ -65,7 +65,10 @@ def _kinds(folder: Path) -> list[str]:
 def test_the_same_sources_are_checked_and_written_once(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/explanation/timing.md: a cache for the second run."""
+    """A second compilation of the same sources reads the cache and does not check them again.
+
+    Source: docs/explanation/timing.md: a cache for the second run.
+    """
     assert _sum(program) == 12
     assert _kinds(kept) == [".code", ".project"]
     _forget(monkeypatch)
@@ -79,7 +82,10 @@ def _fail(*_: object) -> None:
 
 
 def test_an_unchanged_file_is_read_once(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Source: the manual of git, index format: files are compared by their times and size."""
+    """A file with the same times and size is not read again; a changed file is.
+
+    Source: the manual of git, index format: files are compared by their times and size.
+    """
     monkeypatch.setattr(cache, "SETTLED_NS", -(10**18))
     first = cache.sources_key([program])
     with monkeypatch.context() as again:
@@ -90,7 +96,7 @@ def test_an_unchanged_file_is_read_once(program: Path, monkeypatch: pytest.Monke
 
 
 def test_a_change_within_a_tick_is_seen(program: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """A file that changed a moment ago is read again, even if its times and size are the same.
+    """A file that changed a moment ago is read again, even if its time and size are unchanged.
 
     Source: the manual of git, racy git
     """
@@ -102,7 +108,10 @@ def test_a_change_within_a_tick_is_seen(program: Path, monkeypatch: pytest.Monke
 
 
 def test_a_change_of_the_sources_is_seen(program: Path, kept: Path) -> None:
-    """Source: the key: the contents of all files."""
+    """Sources with other contents are compiled again, even if the file time is the same.
+
+    The key of a cache entry contains the contents of all files.
+    """
     assert _sum(program) == 12
     stamp = program.stat().st_mtime_ns
     program.write_text(_TEXT.format(by=3), encoding="utf-8")
@@ -111,10 +120,13 @@ def test_a_change_of_the_sources_is_seen(program: Path, kept: Path) -> None:
     assert len(_kinds(kept)) == 4
 
 
-def test_which_files_of_a_library_are_needed_is_kept_until_one_changes(
+def test_the_list_of_needed_library_files_is_cached_until_a_file_changes(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: the key: the contents of all files, and where those of the library begin."""
+    """The list of needed library files is cached until a file changes.
+
+    The key contains the contents of all files, and tells the library's files from the program's.
+    """
     other, two = program.with_name("FC_Two.st"), "FUNCTION FC_Two : INT\nEND_FUNCTION\n"
     other.write_text(two, encoding="utf-8")
     assert needed([program], [other]) == []
@@ -132,8 +144,11 @@ def test_which_files_of_a_library_are_needed_is_kept_until_one_changes(
     assert needed([program], [other]) == [other]
 
 
-def test_instances_of_a_remembered_program_share_nothing(program: Path) -> None:
-    """Source: engines.base.Program: instances never share state."""
+def test_instances_of_a_cached_program_share_nothing(program: Path) -> None:
+    """A second instance of a cached program starts with its initial values.
+
+    Source: engines.base.Program.
+    """
     one = build([program], "builtin").program
     one.scan(0)
     two = build([program], "builtin").program
@@ -144,7 +159,10 @@ def test_instances_of_a_remembered_program_share_nothing(program: Path) -> None:
 def test_a_damaged_entry_is_made_anew(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch, damage: bytes
 ) -> None:
-    """Source: a process may be ended while it writes, a disk may be full."""
+    """A damaged cache entry is ignored and replaced.
+
+    Source: a process may be ended while it writes, a disk may be full.
+    """
     _sum(program)
     for entry in kept.iterdir():
         entry.write_bytes(damage)
@@ -163,7 +181,10 @@ class _Evil:
 def test_a_planted_entry_is_not_executed(
     program: Path, kept: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: a defect report: the cache was read with pickle; a planted entry gave a traceback."""
+    """A pickle that an attacker puts into the cache is not executed.
+
+    An earlier version read the cache with pickle.
+    """
     monkeypatch.chdir(tmp_path)
     _sum(program)
     entries = list(kept.iterdir())
@@ -176,7 +197,7 @@ def test_a_planted_entry_is_not_executed(
 
 
 def test_an_entry_is_read_as_it_was_written_or_not_at_all(kept: Path) -> None:
-    """Source: a defect report."""
+    """A cache entry with changed, missing or additional bytes is refused."""
     kept.mkdir(parents=True)
     entry = kept / "one.so"
     cache.put(entry, b"library")
@@ -194,7 +215,10 @@ def test_an_entry_is_read_as_it_was_written_or_not_at_all(kept: Path) -> None:
 def test_an_entry_of_another_kind_is_made_anew(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: a defect report: both are ours, and one lies in the place of the other."""
+    """A project entry in the place of a code entry is ignored and replaced.
+
+    Both entries have a valid signature of the cache.
+    """
     _sum(program)
     (code,), (project,) = kept.glob("*.code"), kept.glob("*.project")
     code.write_bytes(project.read_bytes())
@@ -202,29 +226,38 @@ def test_an_entry_of_another_kind_is_made_anew(
     assert _sum(program) == 12
 
 
-def test_switched_off_nothing_is_kept(
+def test_with_the_cache_off_nothing_is_saved(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: RCX_CACHE=off."""
+    """With RCX_CACHE=off no cache folder is made.
+
+    Source: RCX_CACHE=off.
+    """
     monkeypatch.setenv("RCX_CACHE", "off")
     assert _sum(program) == 12
     assert not kept.exists()
 
 
-def test_nothing_is_kept_of_temporary_files(
+def test_temporary_files_are_not_cached(
     program: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: engines/load.py: nobody compiles them a second time."""
+    """Programs in the folder of temporary files are not cached.
+
+    Source: engines/load.py: nobody compiles them a second time.
+    """
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "cache"))
     monkeypatch.setattr("tempfile.gettempdir", lambda: str(tmp_path))
     assert _sum(program) == 12
     assert not list((tmp_path / "cache").rglob("*.project"))
 
 
-def test_a_fault_names_the_line_of_a_kept_program(
+def test_an_error_in_a_cached_program_has_its_line(
     program: Path, kept: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: engines.builtin: a division by zero is told with file and line."""
+    """An error in a cached program is reported with file and line, as in a new one.
+
+    Source: engines.builtin: a division by zero is told with file and line.
+    """
     program.write_text(_TEXT.format(by=0), encoding="utf-8")
     for _ in range(2):
         with pytest.raises(InputError, match=rf"{program}:6: division by zero"):
@@ -233,7 +266,7 @@ def test_a_fault_names_the_line_of_a_kept_program(
 
 
 def test_a_mistake_is_reported_each_time(program: Path, kept: Path) -> None:
-    """Source: what cannot be loaded is not kept."""
+    """Sources with an error are not cached, so each compilation reports the error."""
     program.write_text(_TEXT.format(by=1).replace("Sum +", "Some +"), encoding="utf-8")
     for _ in range(2):
         with pytest.raises(InputError, match="Some"):
@@ -242,7 +275,10 @@ def test_a_mistake_is_reported_each_time(program: Path, kept: Path) -> None:
 
 
 def test_the_loader_reports_a_missing_file(tmp_path: Path) -> None:
-    """Source: language.load: cannot be read."""
+    """A missing source file is reported as one that cannot be read.
+
+    Source: language.load: cannot be read.
+    """
     with pytest.raises(InputError, match="cannot be read"):
         build([tmp_path / "missing.st"], "builtin")
 

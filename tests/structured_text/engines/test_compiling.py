@@ -24,8 +24,11 @@ def running() -> Iterator[None]:
     (gc.enable if before else gc.disable)()
 
 
-def test_the_search_rests_inside_and_goes_on_after_the_outermost() -> None:
-    """Source: language/compiling.py."""
+def test_nested_pauses_stop_garbage_collection_until_the_outermost_ends() -> None:
+    """Garbage collection is off inside nested pauses, and on after the outermost pause.
+
+    Source: language/compiling.py.
+    """
     with uncollected():
         assert not gc.isenabled()
         with uncollected():
@@ -35,15 +38,21 @@ def test_the_search_rests_inside_and_goes_on_after_the_outermost() -> None:
 
 
 def test_a_collector_that_was_off_stays_off() -> None:
-    """Source: rcx serve: its loop makes no cycles and runs without the search."""
+    """If garbage collection was off before a pause, it stays off after the pause.
+
+    Source: rcx serve: its loop makes no cycles and runs without the search.
+    """
     gc.disable()
     with uncollected():
         pass
     assert not gc.isenabled()
 
 
-def test_a_mistake_in_the_sources_leaves_the_search_running(tmp_path: Path) -> None:
-    """Source: engines/load.py and language/load.py, which build trees."""
+def test_garbage_collection_is_on_after_an_error_in_the_sources(tmp_path: Path) -> None:
+    """Garbage collection is on again after sources with an error.
+
+    Source: engines/load.py and language/load.py, which build trees.
+    """
     file = tmp_path / "Main.st"
     file.write_text("PROGRAM Main X := 1; END_PROGRAM", encoding="utf-8")
     with pytest.raises(InputError, match="X is not declared"):
@@ -65,14 +74,17 @@ def test_a_mistake_in_the_sources_leaves_the_search_running(tmp_path: Path) -> N
         ("structured_text.language.load", "read_text", lambda file: check([file])),
     ],
 )
-def test_trees_are_built_without_the_search(
+def test_garbage_collection_is_off_while_trees_are_built(
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
     module: str,
     step: str,
     whole: Callable[[Path], object],
 ) -> None:
-    """Source: docs/explanation/timing.md: the library compiles within 2 s."""
+    """Garbage collection is off while trees are built.
+
+    Source: docs/explanation/timing.md: the library compiles within 2 s.
+    """
     file = tmp_path / "Main.st"
     file.write_text("PROGRAM Main VAR X : INT; END_VAR X := 1; END_PROGRAM", encoding="utf-8")
     place = import_module(module)

@@ -49,11 +49,11 @@ def program(tmp_path: Path) -> Program:
     ],
 )
 def test_a_condition_holds_or_not(program: Program, text: str, holds: bool) -> None:
-    """The expected values follow from the initial values in the program's source."""
+    """A condition gives the expected value for the initial values of the program."""
     assert conditions(program, [text])[0].holds() is holds
 
 
-def test_before_is_the_value_when_it_was_marked(program: Program) -> None:
+def test_before_gives_the_value_at_the_last_mark(program: Program) -> None:
     condition = conditions(program, ["Main.Count > BEFORE(Main.Count)"])[0]
     assert not condition.holds()
     program.scan(0)

@@ -18,9 +18,9 @@ def _files(folder: Path, **texts: str) -> dict[str, Path]:
 
 
 _ONE = "FUNCTION_BLOCK FB_One END_FUNCTION_BLOCK"
-#: The program, the library files, and the files among them that it needs.
+#: Cases: the program, the library files, and the library files that the program needs.
 _CASES = {
-    "what is mentioned comes with what it needs": (
+    "a used file, with the files that it needs": (
         "PROGRAM Main VAR a : fb_one; END_VAR END_PROGRAM",
         {
             "FB_Two": "FUNCTION_BLOCK FB_Two VAR x : RCX_T; END_VAR END_FUNCTION_BLOCK",
@@ -32,7 +32,7 @@ _CASES = {
         "FB_Two FB_One RCX_T",
     ),
     "a name in a comment": ("PROGRAM Main (* FB_One *) END_PROGRAM", {"FB_One": _ONE}, ""),
-    "a name in a text, and one beside it": (
+    "a name in a string, and a name beside the string": (
         "PROGRAM Main s := 'it$'s FB_One (*'; a : FB_Two; (* isn't FB_One *) END_PROGRAM",
         {"FB_One": _ONE, "FB_Two": "FUNCTION_BLOCK FB_Two END_FUNCTION_BLOCK"},
         "FB_Two",
@@ -55,7 +55,7 @@ _CASES = {
         {
             "globals": "CONFIGURATION c VAR_GLOBAL g : FB_One; END_VAR END_CONFIGURATION",
             "FB_One": _ONE,
-            "odd": "nothing that is known",
+            "odd": "only unknown names",
         },
         "globals FB_One odd",
     ),
@@ -74,8 +74,11 @@ _CASES = {
 
 
 @pytest.mark.parametrize("name", _CASES)
-def test_a_program_needs_the_files_that_it_names(name: str, tmp_path: Path) -> None:
-    """Source: IEC 61131-3 (2003), 2.1.3: keywords are not told apart by case."""
+def test_a_program_needs_the_library_files_whose_names_it_uses(name: str, tmp_path: Path) -> None:
+    """A program needs the library files that declare names in its code, in upper or lower case.
+
+    Source: IEC 61131-3 (2003), 2.1.3.
+    """
     main, texts, expected = _CASES[name]
     program, library = _files(tmp_path, main=main)["main"], _files(tmp_path, **texts)
     assert needed([program], list(library.values())) == [library[one] for one in expected.split()]

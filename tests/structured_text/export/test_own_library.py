@@ -33,14 +33,20 @@ def library(tmp_path: Path) -> Path:
 
 @pytest.mark.parametrize(("image", "element"), [("", "DINT"), ("WIRE", "SINT")])
 def test_the_library_names_its_process_images(library: Path, image: str, element: str) -> None:
-    """Source: docs/how-to/export.md, Rockwell: a scanner's arrays are of SINT."""
+    """Only if the library names a type as process image, its arrays become SINT arrays in L5X.
+
+    Source: docs/how-to/export.md, Rockwell: a scanner's arrays are of SINT.
+    """
     (text,) = export("l5x", library, names=Names(byte_image=image)).files.values()
     assert f'Name="Bytes" TagType="Base" DataType="{element}" Dimensions="4"' in text
     assert f'Name="{BLOCKS}TON"' in text
 
 
-def test_a_readme_says_of_the_library_what_it_says_of_itself(library: Path) -> None:
-    """Source: docs/how-to/export.md, Keyence and Mitsubishi."""
+def test_the_readme_of_an_export_contains_the_notes_of_the_library(library: Path) -> None:
+    """README.txt contains the notes that the library has for the target.
+
+    Source: docs/how-to/export.md, Keyence and Mitsubishi.
+    """
     notes = {"keyence_first": "FB_Delay", "mitsubishi_times": "FB_Delay takes 1 s."}
     keyence, mitsubishi = (
         export(target, library, names=Names(notes=notes)).files["README.txt"]

@@ -17,7 +17,7 @@ from structured_text.farm.cluster import is_here
 
 @pytest.fixture
 def pem(tmp_path: Path) -> Path:
-    """Return a file that exists."""
+    """Return the path of an existing certificate file."""
     file = tmp_path / "one.pem"
     file.touch()
     return file
@@ -39,7 +39,10 @@ def test_plain_connections_stay_on_this_computer(host: str) -> None:
 
 
 def test_plain_connections_to_other_computers_have_to_be_allowed() -> None:
-    """Source: 192.0.2.0/24 is nobody's, RFC 5737."""
+    """An unencrypted connection to another computer is refused unless the user allows it.
+
+    Source: 192.0.2.0/24 is nobody's, RFC 5737.
+    """
     with pytest.raises(InputError) as caught:
         Cluster("tcp://192.0.2.1:8786").check()
     assert str(caught.value) == (
@@ -49,8 +52,11 @@ def test_plain_connections_to_other_computers_have_to_be_allowed() -> None:
     Cluster("tcp://192.0.2.1:8786", plain=True).check()
 
 
-def test_a_name_that_is_unknown_is_not_here() -> None:
-    """Source: .invalid has no hosts, RFC 2606."""
+def test_an_unknown_host_name_is_not_this_computer() -> None:
+    """A host name that cannot be resolved does not count as this computer.
+
+    Source: .invalid has no hosts, RFC 2606.
+    """
     assert not is_here("nowhere.invalid")
 
 

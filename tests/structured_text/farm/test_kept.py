@@ -18,13 +18,13 @@ ABOUT = {"sources": "a1b2"}
 
 
 def kept(file: Path, about: dict[str, str] = ABOUT, **options: Any) -> ResultFile[Any, Any]:
-    """Return a file of results."""
+    """Open a file of results."""
     return ResultFile(file, about, **options)
 
 
 @pytest.fixture
 def file(tmp_path: Path) -> Path:
-    """Return the path of the result file."""
+    """Return the path of the result file, which does not exist yet."""
     return tmp_path / "out" / "results.jsonl"
 
 
@@ -40,8 +40,11 @@ def test_a_known_item_is_not_repeated(tmp_path: Path, file: Path, workers: int) 
     assert sorted(done.read_text().split()) == ["0", "1", "2", "3", "4", "5"]
 
 
-def test_items_of_one_key_are_done_once(tmp_path: Path, file: Path) -> None:
-    """Source: two ranges of seeds that overlap."""
+def test_items_with_the_same_key_run_once(tmp_path: Path, file: Path) -> None:
+    """Items with the same key run once, and each of them gets the result.
+
+    Source: two ranges of seeds that overlap.
+    """
     done = tmp_path / "done"
     items = [(str(done), number) for number in (1, 2, 3, 2, 3, 4)]
     found = list(Farm(2).run(noted, items, kept=kept(file)))
@@ -81,7 +84,7 @@ def test_a_lost_item_is_tried_again_by_the_next_call(tmp_path: Path, file: Path)
     assert list(Farm(1).run(Killed(folder), [3], kept=kept(file), lost=lost)) == [(3, 30)]
 
 
-def test_results_are_as_if_they_had_been_read(file: Path) -> None:
+def test_new_results_have_the_same_form_as_results_from_the_file(file: Path) -> None:
     def back(value: list[int]) -> tuple[int, ...]:
         return tuple(value)
 
@@ -92,7 +95,7 @@ def test_results_are_as_if_they_had_been_read(file: Path) -> None:
 
 
 def divmod_by_3(item: int) -> tuple[int, int]:
-    """Return quotient and remainder."""
+    """Return quotient and remainder of a division by 3."""
     return divmod(item, 3)
 
 
@@ -131,7 +134,10 @@ def test_a_line_that_was_cut_off_is_done_again(tmp_path: Path, file: Path) -> No
     "damage", [b"\xff\x00", b'{"key": "1"}', b"[1]", b'{"key": 5, "result": 1}', b"[" * 99_999, b""]
 )
 def test_a_damaged_line_is_redone_and_the_file_saved(file: Path, damage: bytes) -> None:
-    """Source: a defect report: damaged result files are moved aside, and said to be."""
+    """An item with a damaged line runs again; the damaged file is saved beside the new one.
+
+    A notice gives the name of the damaged file.
+    """
     list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
     lines = file.read_bytes().split(b"\n")
     lines[2] = damage
@@ -144,8 +150,8 @@ def test_a_damaged_line_is_redone_and_the_file_saved(file: Path, damage: bytes) 
     assert kept(file).notice == "", "the file is complete again"
 
 
-def test_results_that_have_lost_what_they_rest_on_are_moved_aside(file: Path) -> None:
-    """Source: a defect report."""
+def test_a_result_file_without_its_first_line_is_moved_aside(file: Path) -> None:
+    """A result file with a damaged first line is renamed, and never replaces an earlier one."""
     list(Farm(0).run(divmod_by_3, range(3), kept=kept(file)))
     before = b"x" + file.read_bytes()
     for name in ("results.jsonl.damaged", "results.jsonl.damaged1"):
@@ -153,7 +159,7 @@ def test_results_that_have_lost_what_they_rest_on_are_moved_aside(file: Path) ->
         found = kept(file)
         assert "its first line is damaged" in found.notice
         assert file.with_name(name).read_bytes() == before, (
-            "the file is written beside an earlier one, too"
+            "an earlier damaged file is not replaced"
         )
         assert not found.knows(0)
 

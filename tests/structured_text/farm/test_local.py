@@ -1,4 +1,4 @@
-"""Processes of this computer do each item once, and results come in the order of the items."""
+"""Local worker processes run each item once, and results come in the order of the items."""
 
 from __future__ import annotations
 
@@ -31,7 +31,10 @@ def test_results_come_in_the_order_of_the_items(workers: int) -> None:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("workers", [0, 2])
 def test_results_may_give_further_items(workers: int) -> None:
-    """Each number n up to 7 adds the items 2 n and 2 n + 1, which by hand is a tree of 1 to 15."""
+    """A result can add items.
+
+    Each number n up to 7 adds 2 n and 2 n + 1, so the items are 1 to 15.
+    """
     waiting, under_way = deque([1]), 0
 
     def items() -> Iterator[int | NotYet]:
@@ -73,7 +76,7 @@ def test_each_worker_sets_up_once(tmp_path: Path, workers: int) -> None:
 @pytest.mark.exhaustive(but=["1-1"])
 @pytest.mark.parametrize("deaths", [1, 2])
 @pytest.mark.parametrize("workers", [1, 2])
-def test_the_item_of_a_killed_worker_is_redone(tmp_path: Path, deaths: int, workers: int) -> None:
+def test_the_item_of_a_killed_worker_runs_again(tmp_path: Path, deaths: int, workers: int) -> None:
     for number in range(deaths):
         (tmp_path / str(number)).touch()
     found = list(Farm(workers).run(Killed(tmp_path), range(8)))
@@ -125,7 +128,7 @@ def test_any_other_error_comes_with_its_traceback(workers: int) -> None:
 
 
 @pytest.mark.exhaustive
-def test_items_are_taken_as_there_is_room() -> None:
+def test_the_next_item_is_taken_when_a_worker_is_free() -> None:
     taken = []
 
     def items() -> Iterator[int]:
@@ -157,7 +160,10 @@ class _Releasing(ResultFile[int, int]):
 
 @pytest.mark.exhaustive
 def test_while_an_item_takes_long_the_others_do_not_run_far_ahead(tmp_path: Path) -> None:
-    """One of the other items may wait for the worker of the long item."""
+    """While a worker runs a long item, the other workers run only a limited number of items ahead.
+
+    One item may wait for the worker of the long item.
+    """
     os.mkfifo(tmp_path / "fifo")
     kept = _Releasing(tmp_path / "kept", tmp_path / "fifo", 2 * AHEAD - 2)
     taken_before_the_first_ended = []
@@ -201,11 +207,9 @@ list(Farm(1).run(waits_with_a_folder, [sys.argv[1]]))
 
 @pytest.mark.parametrize("number", [signal.SIGKILL, signal.SIGINT])
 def test_a_worker_ends_with_its_parent(tmp_path: Path, number: signal.Signals) -> None:
-    """The worker ends in the middle of an item.
+    """If the parent process ends, its worker ends in the middle of an item.
 
-    Its pipe closes when worker and parent have ended.
-
-    Source: a defect report.
+    The test's pipe closes when both have ended.
     """
     found = {**os.environ, "PYTHONPATH": os.pathsep.join(sys.path)}
     command = [sys.executable, "-c", _PARENT, str(tmp_path)]

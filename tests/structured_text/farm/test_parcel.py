@@ -22,7 +22,7 @@ def files(tmp_path: Path) -> list[Path]:
     return found
 
 
-def test_files_are_elsewhere_as_they_were_when_the_parcel_was_made(files: list[Path]) -> None:
+def test_an_unpacked_parcel_has_the_files_as_they_were_when_packed(files: list[Path]) -> None:
     parcel = pickle.loads(pickle.dumps(Parcel.of(files)))
     shutil.rmtree(files[1].parent)
     with parcel.unpacked() as there:
@@ -42,7 +42,7 @@ def test_an_error_names_the_file_as_the_user_has_it(
     assert str(caught.value) == "plc/Main.st:3: is beside robot.toml; see robot.toml"
 
 
-def test_a_digest_is_of_contents_and_not_of_places(files: list[Path], tmp_path: Path) -> None:
+def test_a_digest_depends_on_contents_and_not_on_paths(files: list[Path], tmp_path: Path) -> None:
     digest = Parcel.of(files).digest()
     shutil.copytree(tmp_path / "cell", tmp_path / "copy")
     copies = [tmp_path / "copy/plc/Main.st", tmp_path / "copy/robot.toml"]

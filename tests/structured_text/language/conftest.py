@@ -1,4 +1,4 @@
-"""Fixtures that run the rows of a table: expressions with their types and values in one program."""
+"""Fixtures for tables of expressions: all expressions of a table run in one program."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""CLASS, access specifiers, members after their block, and the start of derived blocks."""
+"""Tests of CLASS, access specifiers, members after their block, and the start of derived blocks."""
 
 from __future__ import annotations
 
@@ -45,7 +45,10 @@ def _values(build: Build, text: str, names: str) -> list[Any]:
 
 
 def test_a_class_has_methods_and_no_body(build: Build) -> None:
-    """Source: IEC 61131-3, edition 3, 6.6.5; values by hand."""
+    """The methods of a CLASS give the expected values, and a CLASS has no body.
+
+    Source: IEC 61131-3, edition 3, 6.6.5; values by hand.
+    """
     text = (
         f"{_CLASSES}PROGRAM P1\nVAR a : Leaf; b : ARRAY [1..2] OF Leaf; i : IValue;"
         " x, y, z, u : INT; END_VAR\n"
@@ -56,7 +59,7 @@ def test_a_class_has_methods_and_no_body(build: Build) -> None:
 
 
 def test_a_class_or_method_may_be_called_like_a_step(build: Build) -> None:
-    """Words of Sequential Function Chart may be names after CLASS and METHOD."""
+    """Keywords of Sequential Function Chart, such as STEP, may be names of classes and methods."""
     text = (
         "CLASS PUBLIC Transition\nMETHOD PUBLIC Step : INT\nStep := 3;\nEND_METHOD\nEND_CLASS\n"
         "PROGRAM P1\nVAR t : Transition; x : INT; END_VAR\nx := t.Step();\nEND_PROGRAM\n"
@@ -75,7 +78,10 @@ _WRONG = [
 
 @pytest.mark.parametrize(("body", "message"), _WRONG, ids=[body for body, _ in _WRONG])
 def test_a_class_keeps_its_variables(body: str, message: str, mistakes_of: Mistakes) -> None:
-    """Source: IEC 61131-3, edition 3, 6.6.5: variables are PROTECTED unless they say otherwise."""
+    """A variable of a CLASS is PROTECTED by default, so a program cannot access it.
+
+    Source: IEC 61131-3, edition 3, 6.6.5.
+    """
     (error,) = mistakes_of(
         f"{_CLASSES}PROGRAM P1\nVAR a : Leaf; p : Plain; x : INT; END_VAR\n{body}\nEND_PROGRAM\n"
     )
@@ -125,9 +131,9 @@ END_METHOD
 
 
 def test_members_stand_behind_their_block(build: Build) -> None:
-    """Text exports of several tools write a METHOD after END_FUNCTION_BLOCK.
+    """A METHOD after END_FUNCTION_BLOCK belongs to this block.
 
-    The values are by hand.
+    Text exports of several tools have this form.
     """
     text = (
         f"{_MEMBERS}PROGRAM P1\nVAR b : Box; o : Other; i : IBox; x, y, z : INT; q : BOOL;"
@@ -139,7 +145,10 @@ def test_members_stand_behind_their_block(build: Build) -> None:
 
 
 def test_a_private_set_is_called_inside_only(mistakes_of: Mistakes) -> None:
-    """Source: help of TwinCAT, property: accessors have access words of their own."""
+    """A PRIVATE accessor SET can be called only inside of its block.
+
+    Source: help of TwinCAT, property.
+    """
     (error,) = mistakes_of(
         f"{_MEMBERS}PROGRAM P1\nVAR b : Box; x : INT; END_VAR\nx := b.Half;\nb.Half := 3;\n"
         "END_PROGRAM\n"
@@ -200,7 +209,10 @@ END_FUNCTION_BLOCK
 
 
 def test_the_start_of_a_base_comes_first_and_has_the_first_arguments(build: Build) -> None:
-    """Source: help of TwinCAT, behaviour with derived function blocks (5482088715)."""
+    """FB_init of a base block runs first and takes the first arguments.
+
+    Source: help of TwinCAT, behaviour with derived function blocks (5482088715).
+    """
     text = (
         f"{_START}PROGRAM P1\nVAR a : Base(2); b : Mid(7, 30); c : Sub(x := 4);"
         " d : Last(p := 1, v := 2); END_VAR\nEND_PROGRAM\n"
@@ -210,7 +222,10 @@ def test_the_start_of_a_base_comes_first_and_has_the_first_arguments(build: Buil
 
 
 def test_a_start_must_begin_with_the_parameters_of_the_base(mistakes_of: Mistakes) -> None:
-    """Source: help of TwinCAT, behaviour with derived function blocks (5482088715)."""
+    """FB_init of a derived block must have the parameters of the base's FB_init first.
+
+    Source: help of TwinCAT, behaviour with derived function blocks (5482088715).
+    """
     wrong = (
         "FUNCTION_BLOCK Wrong EXTENDS Base\nMETHOD FB_init : BOOL\nVAR_INPUT bInitRetains : BOOL;"
         " bInCopyCode : BOOL; v : REAL; END_VAR\nEND_METHOD\nEND_FUNCTION_BLOCK\n"
@@ -221,7 +236,10 @@ def test_a_start_must_begin_with_the_parameters_of_the_base(mistakes_of: Mistake
 
 
 def test_a_missing_base_is_one_message(mistakes_of: Mistakes) -> None:
-    """`Drive EXTENDS Library.Drive` extends a block in another library, not itself."""
+    """A missing base block gives one message.
+
+    `Drive EXTENDS Library.Drive` does not extend itself.
+    """
     found = mistakes_of(
         "FUNCTION_BLOCK Drive EXTENDS Library.Drive\nVAR x : INT; END_VAR\n"
         "METHOD Go\ninherited := 1; x := Calculate(3); THIS^.speed := 4; Stop(); SUPER^.Go();\n"

@@ -9,7 +9,7 @@ from structured_text.language.compiling import uncollected
 
 
 def test_the_collector_is_off_until_the_last_pause_has_ended() -> None:
-    """Source: gc.isenabled."""
+    """With two overlapping pauses, garbage collection is off until the second one has ended."""
     assert gc.isenabled()
     first, second = uncollected(), uncollected()
     first.__enter__()
@@ -21,7 +21,7 @@ def test_the_collector_is_off_until_the_last_pause_has_ended() -> None:
 
 
 def test_pauses_of_several_threads_leave_the_collector_on() -> None:
-    """Source: gc.isenabled."""
+    """After pauses in several threads, garbage collection is on."""
     barrier = Barrier(8)
 
     def pause() -> None:

@@ -37,14 +37,20 @@ _USES = [
 def test_the_statements_of_one_branch_remain(
     body: str, expected: int, build: Callable[[str], BuiltinProgram]
 ) -> None:
-    """Source: help of CODESYS and TwinCAT, conditional pragmas."""
+    """Conditional compilation keeps the statements of exactly one branch.
+
+    Source: help of CODESYS and TwinCAT, conditional pragmas.
+    """
     program = build(f"PROGRAM P1\nVAR x : INT; s : STRING; END_VAR\n{body}\nEND_PROGRAM\n")
     program.scan(0)
     assert program.read("Main.x") == expected
 
 
 def test_a_branch_may_hold_variables_and_methods(build: Callable[[str], BuiltinProgram]) -> None:
-    """Source: help of TwinCAT, conditional pragmas: in declarations from 4024 on."""
+    """A branch of conditional compilation may contain variables and methods.
+
+    Source: help of TwinCAT, conditional pragmas: in declarations from 4024 on.
+    """
     program = build(
         "{define A}\nFUNCTION_BLOCK B\nVAR {IF defined (A)} n : INT := 3; {ELSE} n : REAL; {END_IF}"
         " END_VAR\n{IF defined (A)}\nMETHOD M : INT\nM := n;\nEND_METHOD\n{END_IF}\n"

@@ -1,8 +1,8 @@
 """Each construct beyond the portable subset has its meaning and is reported.
 
-Each row is a construct, a program with it, and values after one scan, by hand from IEC
-61131-3:2013. If the standard does not have the construct, the values follow the documentation of
-CODESYS.
+Each row is a construct, a program with it, and the values after one scan. The values were
+calculated by hand from IEC 61131-3:2013, or from the documentation of CODESYS if the standard does
+not have the construct.
 """
 
 from __future__ import annotations
@@ -259,13 +259,13 @@ def test_each_construct_is_named_as_not_portable(row: Row, written: Callable[[Ro
             refuse(project.uses, "rcx prove", TRANSLATED)
 
 
-#: matiec ignores the pragmas, so its program has the statements of all branches.
+#: Constructs with pragmas. matiec ignores the pragmas and compiles the statements of all branches.
 _ALL_BRANCHES = ("conditional compilation",)
 
 
 @pytest.mark.skipif(find_matiec() is None, reason="needs matiec (RCX_MATIEC or PATH)")
 @pytest.mark.parametrize("row", ROWS, ids=_IDS)
-def test_check_for_matiec_says_what_matiec_does(row: Row, tmp_path: Path) -> None:
+def test_the_table_of_constructs_agrees_with_iec2c(row: Row, tmp_path: Path) -> None:
     takes = iec2c_takes(row.before, row.variables, row.body, tmp_path, row.end)
     assert takes is (row.construct in {*tools()["matiec"].takes, *_ALL_BRANCHES})
 
@@ -304,14 +304,16 @@ _OF_TYPES = {"the size of a block", "a variable called as something else", "an a
 
 
 @pytest.mark.parametrize("row", ROWS, ids=_IDS)
-def test_the_lint_refuses_its_syntax(row: Row, written: Callable[[Row], Path]) -> None:
+def test_the_lint_refuses_the_syntax_of_each_construct(
+    row: Row, written: Callable[[Row], Path]
+) -> None:
     texts = [finding.text for finding in lint([written(row)], binding=True)]
     if row.construct not in _OF_TYPES:
         assert any(text.startswith(row.construct) for text in texts)
 
 
 @pytest.mark.exhaustive
-def test_the_library_and_the_examples_use_none_of_them(repository: Path) -> None:
+def test_library_and_examples_use_only_the_portable_subset(repository: Path) -> None:
     library = sorted((repository / "plc" / "lib").rglob("*.st"))
     assert checked(library).uses == ()
     for folder in sorted((repository / "plc" / "examples").iterdir()):

@@ -36,7 +36,10 @@ def speak(files_of: Callable[..., list[Path]]) -> Build:
 
 
 def test_each_tool_has_one_row_of_each_rule_with_its_meaning_and_source() -> None:
-    """Source: language/dialects.toml."""
+    """For each rule, the table has one row for each tool.
+
+    Source: language/dialects.toml.
+    """
     rules = {row.rule for row in rows()}
     found = sorted((row.rule, tool) for row in rows() for tool in row.tools)
     assert found == sorted((rule, tool) for rule in rules for tool in dialects())
@@ -63,7 +66,10 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", _MILLISECONDS)
 def test_time_is_a_number_of_milliseconds(speak: Build, dialect: str) -> None:
-    """Source: CODESYS help, TIME_TO: TIME_TO_DWORD(T#5m) is 300000, TOD#00:00:00.012 is 12."""
+    """Conversions between TIME and numbers count milliseconds in these dialects.
+
+    Source: CODESYS help, TIME_TO: TIME_TO_DWORD(T#5m) is 300000, TOD#00:00:00.012 is 12.
+    """
     program = speak(dialect, _TIMES)
     program.scan(0)
     read = _milliseconds(program)
@@ -79,7 +85,10 @@ def test_time_is_a_number_of_milliseconds(speak: Build, dialect: str) -> None:
 
 @pytest.mark.parametrize("dialect", _AS_MATIEC)
 def test_time_is_a_number_of_seconds_as_in_matiec(speak: Build, dialect: str) -> None:
-    """Source: matiec, iec_std_functions.h: __time_to_int is tv_sec."""
+    """Conversions between TIME and numbers count seconds in matiec's dialects.
+
+    Source: matiec, iec_std_functions.h: __time_to_int is tv_sec.
+    """
     program = speak(dialect, _TIMES)
     program.scan(0)
     read = _milliseconds(program)
@@ -118,7 +127,10 @@ def _milliseconds(program: BuiltinProgram) -> Callable[[str], float]:
 def test_texts_of_values_are_those_of_the_tool(
     speak: Build, value: str, kind: str, short: str, digits: str
 ) -> None:
-    """Source: Beckhoff Infosys, TIME_TO, TOD_TO; TcUnit-Verifier; matiec, __real_to_string."""
+    """A value that is converted to a text has the form of the dialect's tool.
+
+    Source: Beckhoff Infosys, TIME_TO, TOD_TO; TcUnit-Verifier; matiec, __real_to_string.
+    """
     text = f"""PROGRAM Main VAR Found : STRING; Given : {kind} := {value}; END_VAR
     Found := {kind}_TO_STRING(Given); END_PROGRAM"""
     for dialect, expected in (("twincat", short), ("codesys", short), ("iec", digits)):
@@ -152,7 +164,7 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
 @pytest.mark.parametrize(
     ("dialect", "up", "down", "parts", "free"),
     [
-        # PV 3, five up, two down: matiec stops at 3.
+        # With PV 3, five edges up and two down: matiec stops counting at 3.
         ("iec", 5, -5, 3, 3),
         ("openplc", 2, 0, 1, 0),
         ("codesys", 5, 0, 3, 3),
@@ -165,7 +177,10 @@ def _count(program: BuiltinProgram, pin: str, pulses: int) -> None:
 def test_counters_count_beyond_pv_to_the_limits_of_their_type(
     speak: Build, dialect: str, up: int, down: int, parts: int, free: int
 ) -> None:
-    """Source: IEC 61131-3, counters (PVmax, PVmin); the sources in dialects.toml."""
+    """In these dialects a counter counts beyond PV, up to the limits of its type.
+
+    Source: IEC 61131-3, counters (PVmax, PVmin); the sources in dialects.toml.
+    """
     program = speak(dialect, _COUNTERS)
     _count(program, "Entry", 5)
     _count(program, "Leave", 2)
@@ -178,7 +193,10 @@ def test_counters_count_beyond_pv_to_the_limits_of_their_type(
 
 @pytest.mark.parametrize(("dialect", "least"), [("iec", -32768), ("tia", -32768), ("twincat", 0)])
 def test_counters_stop_at_the_limits_of_their_type(speak: Build, dialect: str, least: int) -> None:
-    """Source: IEC 61131-3, counters; Siemens A5E00739858, SFB 2: -32768 and 32767."""
+    """At a limit of its type, a counter stops and does not wrap.
+
+    Source: IEC 61131-3, counters; Siemens A5E00739858, SFB 2: -32768 and 32767.
+    """
     program = speak(dialect, _COUNTERS)
     program.write("Main.Up.CV", 32766)
     program.write("Main.Down.CV", least + 1)
@@ -213,7 +231,10 @@ END_PROGRAM
 def test_and_or_evaluate_both_operands_where_the_tool_does(
     speak: Build, dialect: str, calls: int
 ) -> None:
-    """Source: CODESYS help and Infosys, AND_THEN: all operands are always evaluated with AND."""
+    """In the dialects of CODESYS and TwinCAT, AND and OR always evaluate both operands.
+
+    Source: CODESYS help and Infosys, AND_THEN.
+    """
     program = speak(dialect, _CALLS)
     program.scan(0)
     assert program.read("Calls") == calls
@@ -223,7 +244,10 @@ def test_and_or_evaluate_both_operands_where_the_tool_does(
 def test_a_division_on_the_right_of_and_ends_the_run_where_both_are_evaluated(
     speak: Build,
 ) -> None:
-    """Source: Infosys, AND_THEN and DIV: an exception, which AND_THEN avoids."""
+    """A division by 0 on the right of AND ends the run if AND evaluates both operands.
+
+    Source: Infosys, AND_THEN and DIV: an exception, which AND_THEN avoids.
+    """
     text = """PROGRAM Main VAR N : INT; R : BOOL; END_VAR
     R := (N <> 0) AND (10 / N > 1);
     END_PROGRAM"""
@@ -262,7 +286,7 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", ["codesys", "twincat", "logix"])
 def test_short_integers_are_calculated_as_dint(speak: Build, dialect: str) -> None:
-    """Examples 1 to 4 are from CODESYS, the last one is from SA0066.
+    """In CODESYS, SINT and INT are calculated as DINT.
 
     Source: CODESYS help, operators, overflow in the data type; Static Analysis SA0066.
     """
@@ -290,7 +314,10 @@ def test_short_integers_are_calculated_as_dint(speak: Build, dialect: str) -> No
 
 @pytest.mark.parametrize("dialect", ["iec", "tia"])
 def test_short_integers_are_calculated_in_their_own_type(speak: Build, dialect: str) -> None:
-    """Source: IEC 61131-3, arithmetic functions: the result has the type of the operands."""
+    """In these dialects, sums of SINT or INT wrap in their own type.
+
+    Source: IEC 61131-3, arithmetic functions: the result has the type of the operands.
+    """
     text = _INTEGERS.replace("Place := Field[W + W];", "")
     program = speak(dialect, text)
     program.scan(0)
@@ -308,7 +335,10 @@ def test_short_integers_are_calculated_in_their_own_type(speak: Build, dialect: 
 
 
 def test_a_place_that_takes_no_int_refuses_a_sum_of_int_in_each_dialect(speak: Build) -> None:
-    """Source: IEC 61131-3, assignment: the value has the type of the variable."""
+    """A sum of INT cannot be assigned to a SINT or STRING in any dialect.
+
+    Source: IEC 61131-3, assignment: the value has the type of the variable.
+    """
     text = "PROGRAM Main VAR A : INT; U : UDINT; T : STRING; END_VAR\n{} END_PROGRAM"
     for dialect in ("iec", "codesys"):
         with pytest.raises(InputError, match=r"a STRING.* is expected here, not a INT"):
@@ -340,7 +370,10 @@ END_PROGRAM
 def test_a_plain_string_has_the_length_of_the_tool(
     speak: Build, dialect: str, length: int, joined: int
 ) -> None:
-    """Source: CODESYS help and Infosys, STRING: 80; S7-SCL: 254; Rockwell: 82; matiec: 126."""
+    """A STRING without a length has the default length of the dialect's tool.
+
+    Source: CODESYS help and Infosys, STRING: 80; S7-SCL: 254; Rockwell: 82; matiec: 126.
+    """
     program = speak(dialect, _TEXTS)
     program.scan(0)
     assert program.read("Main.N") == length
@@ -358,7 +391,10 @@ END_PROGRAM
 
 @pytest.mark.parametrize("dialect", ["tia", "ax", "logix"])
 def test_a_real_divided_by_zero_is_infinite(speak: Build, dialect: str) -> None:
-    """Source: S7, 1.0 / 0.0 is 16#7F800000; Rockwell 1756-RM003, DIV: a minor fault only."""
+    """In S7 and Logix dialects a division by 0.0 gives an infinite value.
+
+    Source: S7, 1.0 / 0.0 is 16#7F800000; Rockwell 1756-RM003, DIV: a minor fault only.
+    """
     program = speak(dialect, _REALS)
     program.scan(0)
     assert program.read("Main.N") == program.read("Main.L") == float("inf")
@@ -369,7 +405,10 @@ def test_a_real_divided_by_zero_is_infinite(speak: Build, dialect: str) -> None:
 
 @pytest.mark.parametrize("dialect", ["iec", "codesys", "twincat"])
 def test_a_real_divided_by_zero_ends_the_run_with_the_line(speak: Build, dialect: str) -> None:
-    """Source: Infosys, DIV: always an exception."""
+    """In these dialects, a REAL divided by 0.0 ends the run with the line.
+
+    Source: Infosys, DIV: always an exception.
+    """
     with pytest.raises(InputError, match="division by zero") as caught:
         speak(dialect, _REALS).scan(0)
     assert caught.value.line == 4
@@ -378,8 +417,11 @@ def test_a_real_divided_by_zero_ends_the_run_with_the_line(speak: Build, dialect
 _ROOT = "PROGRAM Main VAR X, R : REAL := -4.0; END_VAR\nR := SQRT(X);\nEND_PROGRAM"
 
 
-def test_the_root_of_a_negative_number(speak: Build) -> None:
-    """Source: Rockwell, SQRT: the absolute value is taken; S7: not a number; Infosys: a stop."""
+def test_the_root_of_a_negative_number_depends_on_the_dialect(speak: Build) -> None:
+    """SQRT(-4.0) is 2.0 in Logix, not a number in S7, and an error in TwinCAT.
+
+    Source: Rockwell, SQRT: the absolute value is taken; S7: not a number; Infosys: a stop.
+    """
     found: dict[str, Any] = {}
     for dialect in ("tia", "logix"):
         program = speak(dialect, _ROOT)
@@ -413,14 +455,17 @@ END_CONFIGURATION
         ("1s", None, 200, 2),
         ("1s", "5ms", 400, 2),
         ("1s", "20ms", 100, 2),
-        ("25ms", None, 400, 80),  # The scan is 5 ms, so that the task keeps its interval.
-        ("4ms", None, 1000, 500),  # The scan is 2 ms.
+        ("25ms", None, 400, 80),  # A scan of 5 ms fits the interval of the task.
+        ("4ms", None, 1000, 500),  # A task of 4 ms needs a scan of 2 ms.
     ],
 )
 def test_a_program_without_a_task_runs_in_each_scan_and_the_task_at_its_interval(
     files_of: Callable[..., list[Path]], interval: str, scan: str | None, fast: int, slow: int
 ) -> None:
-    """Source: IEC 61131-3, tasks; Rockwell 1756-PM005: the continuous task restarts at once."""
+    """A program without a task runs in each scan, the other program at its task's interval.
+
+    Source: IEC 61131-3, tasks; Rockwell 1756-PM005: the continuous task restarts at once.
+    """
     with Bench.build(files_of(_TASKS.format(interval)), scan=scan, engine="builtin") as bench:
         bench.run("2s")
         assert (bench["F.N"], bench["S.K"]) == (fast, slow)
@@ -465,7 +510,10 @@ _ADDED = (
 def test_the_format_of_a_project_says_its_dialect(
     tmp_path: Path, name: str, text: str, dialect: str
 ) -> None:
-    """Source: docs/how-to/projects.md."""
+    """The file format of a project selects the dialect, unless the user gives one.
+
+    Source: docs/how-to/projects.md.
+    """
     file = tmp_path / name
     file.write_text(text, encoding="utf-8")
     assert source_files(file, None).dialect == dialect
@@ -476,7 +524,10 @@ def test_the_format_of_a_project_says_its_dialect(
 
 
 def test_files_of_simatic_ax_are_known_by_their_apax_yml(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """ST files in a folder with apax.yml have the dialect of SIMATIC AX.
+
+    Source: docs/how-to/projects.md.
+    """
     (tmp_path / "src").mkdir()
     file = tmp_path / "src/main.st"
     file.write_text("PROGRAM Main VAR A : INT; END_VAR A := 1; END_PROGRAM", encoding="utf-8")
@@ -486,7 +537,10 @@ def test_files_of_simatic_ax_are_known_by_their_apax_yml(tmp_path: Path) -> None
 
 
 def test_files_of_two_tools_need_the_users_choice(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """Files of two tools are refused until the user chooses a dialect.
+
+    Source: docs/how-to/projects.md.
+    """
     files = [tmp_path / "a.TcPOU", tmp_path / "b.scl"]
     files[0].write_text(_POU, encoding="utf-8")
     files[1].write_text(_SCL, encoding="utf-8")
@@ -497,14 +551,17 @@ def test_files_of_two_tools_need_the_users_choice(tmp_path: Path) -> None:
 
 
 def test_an_unknown_dialect_is_refused_with_the_nearest_name() -> None:
-    """Source: language/dialects.py."""
+    """The error for an unknown dialect proposes the nearest name.
+
+    Source: language/dialects.py.
+    """
     with pytest.raises(InputError, match="there is no dialect 'codsys'") as caught:
         rules_of("codsys")
     assert "codesys" in caught.value.hint
 
 
 def test_two_dialects_of_one_file_are_two_programs(files_of: Callable[..., list[Path]]) -> None:
-    """The caches do not mix the two programs.
+    """One file in two dialects gives two different programs, which the caches do not mix up.
 
     Source: language/cache.py.
     """
@@ -522,7 +579,10 @@ def test_two_dialects_of_one_file_are_two_programs(files_of: Callable[..., list[
 def test_auto_does_not_take_matiec_for_another_dialect_and_says_why(
     files_of: Callable[..., list[Path]], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/reference/language.md, dialects."""
+    """Engine auto does not use matiec for the dialect of another tool.
+
+    Source: docs/reference/language.md, dialects.
+    """
     monkeypatch.setattr("structured_text.engines.load.find_matiec", lambda: "an installation")
     plain = files_of("PROGRAM Main VAR A : INT; END_VAR A := 1; END_PROGRAM")
     built = build_on([in_dialect(file, "twincat") for file in plain])
@@ -573,7 +633,10 @@ def _wrapped(value: int, bits: int) -> int:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("dialect", ["codesys", "twincat", "logix"])
 def test_random_calculations_of_short_integers_have_32_bits(speak: Build, dialect: str) -> None:
-    """Source: CODESYS help, operators, overflow in the data type."""
+    """Random calculations of SINT and INT give the values of 32-bit arithmetic in CODESYS.
+
+    Source: CODESYS help, operators, overflow in the data type.
+    """
     draw = random.Random(47)
     for _ in range(40):
         given = {name: draw.randint(*_RANGES[kind]) for name, kind in _SHORT.items()}

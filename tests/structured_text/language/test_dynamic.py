@@ -1,4 +1,4 @@
-"""ANY, interface queries, __NEW and __DELETE work; every value was calculated by hand."""
+"""ANY, interface queries, __NEW and __DELETE give values that were calculated by hand."""
 
 from __future__ import annotations
 
@@ -123,7 +123,10 @@ def _values(build: Build, text: str, expected: dict[str, Any]) -> None:
 def test_an_input_of_any_type_gives_pointer_size_and_class(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """The sources are CODESYS help, "Data Type: ANY, ANY_<type>", and sizes by hand."""
+    """The input has the pointer, the size and the type class of its argument.
+
+    Source: CODESYS help, "Data Type: ANY, ANY_<type>".
+    """
     _values(build, _program(_GENERIC, _G_VARS, body), expected)
 
 
@@ -151,7 +154,7 @@ def test_a_wrong_argument_for_any_is_refused(
 
 
 @pytest.mark.parametrize("place", ["VAR A : ANY; END_VAR", "VAR_IN_OUT A : ANY_INT; END_VAR"])
-def test_any_elsewhere_is_refused(mistakes_of: Mistakes, place: str) -> None:
+def test_any_is_refused_except_for_inputs(mistakes_of: Mistakes, place: str) -> None:
     (found,) = mistakes_of(f"FUNCTION F9 : INT\n{place} F9 := 1; END_FUNCTION")
     assert re.match("ANY.* is for inputs of functions, methods", found.message)
     assert found.line == 2
@@ -178,10 +181,13 @@ def test_any_elsewhere_is_refused(mistakes_of: Mistakes, place: str) -> None:
         ("B := __QUERYPOINTER(One, Row[2]); N := Row[2]^.N;", {"B": True, "N": 7}),
     ],
 )  # fmt: skip
-def test_a_query_gives_the_interface_or_pointer_of_the_same_block(
+def test_both_query_operators_lead_to_the_same_block(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """Sources are the pages "Operator '__QUERYINTERFACE'" and "… '__QUERYPOINTER'" of CODESYS."""
+    """Both query operators lead to the same block.
+
+    Sources are the pages "Operator '__QUERYINTERFACE'" and "… '__QUERYPOINTER'" of CODESYS.
+    """
     variables = """ One : F1; Two : F2; Three : F3; Base : I_Base; First : I_1; Second : I_2;
       B : BOOL; N, M : INT; P : POINTER TO F1; Many : ARRAY [0..1] OF F1;
       Row : ARRAY [1..2] OF POINTER TO F1; Z : REF_TO F1; """
@@ -235,18 +241,24 @@ def test_a_wrong_query_is_refused(mistakes_of: Mistakes, body: str, message: str
 def test_new_makes_started_variables_and_delete_ends_them(
     build: Build, body: str, expected: dict[str, Any]
 ) -> None:
-    """The sources are CODESYS help, "Operator '__NEW'" and "Operator '__DELETE'"."""
+    """__NEW makes initialised variables, and __DELETE removes them.
+
+    Source: CODESYS help, "Operator '__NEW'" and "Operator '__DELETE'".
+    """
     _values(build, _program(_NEW, _N_VARS, body), expected)
 
 
-def test_the_plain_interface_of_the_tool_is_a_type(build: Build) -> None:
+def test_system_iqueryinterface_is_a_known_type(build: Build) -> None:
     _values(
         build, _program("", "I : __SYSTEM.IQueryInterface; B : BOOL;", "B := I = 0;"), {"B": True}
     )
 
 
 def test_a_snapshot_has_the_variables_that_new_has_made(build: Build) -> None:
-    """By hand: the list is 3, 2, 1, and __NEW has initialised the block's data."""
+    """A snapshot contains variables that __NEW has made.
+
+    By hand: the list is 3, 2, 1, and __NEW has initialised the block's data.
+    """
     body = """IF J = 0 THEN D := __NEW(FBD); D^(A := 1);
       FOR I := 1 TO 3 DO H := __NEW(Node); H^.Value := I; H^.Next := O; O := H; END_FOR;
       P := __NEW(INT, 3); P[1] := 6; P := ADR(P[1]); Q := D;
@@ -329,7 +341,7 @@ def test_a_wrong_new_or_delete_is_refused(mistakes_of: Mistakes, body: str, mess
          _QUERIES + "PROGRAM P1 VAR I : INT; END_VAR I := 1; END_PROGRAM"),
     ],
 )  # fmt: skip
-def test_other_tools_refuse_it_by_name(
+def test_other_tools_refuse_the_construct_by_name(
     build: Build, project_of: Callable[..., Any], construct: str, text: str
 ) -> None:
     project = project_of(text)

@@ -87,7 +87,10 @@ _USES: list[tuple[str, str, Any]] = [
 def test_an_enumeration_is_a_number_of_its_base_type(
     body: str, name: str, expected: Any, build: Callable[[str], BuiltinProgram]
 ) -> None:
-    """Source: help of CODESYS and TwinCAT, enumerations and bit access; values by hand."""
+    """An enumeration can be used as a number of its base type.
+
+    Source: help of CODESYS and TwinCAT, enumerations and bit access; values by hand.
+    """
     program = build(f"{_TYPES}PROGRAM P1\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")
     program.scan(0)
     assert program.read(f"Main.{name}") == expected
@@ -123,7 +126,10 @@ _WRONG = [
 def test_a_wrong_use_of_an_enumeration_has_its_line(
     body: str, message: str, mistakes_of: Callable[[str], list[InputError]]
 ) -> None:
-    """Source: help of TwinCAT, attribute 'strict'."""
+    """A wrong use of an enumeration is refused with its line.
+
+    Source: help of TwinCAT, attribute 'strict'.
+    """
     variables = _VARIABLES.replace("\n", " ")
     found = mistakes_of(f"{_TYPES}PROGRAM P1\nVAR {variables} END_VAR\n{body}\nEND_PROGRAM\n")
     if not message:

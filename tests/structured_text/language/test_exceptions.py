@@ -1,4 +1,4 @@
-"""`__TRY`, `__CATCH`, `__FINALLY`: which statements run, and the number of each exception."""
+"""Tests of `__TRY`, `__CATCH` and `__FINALLY`: executed statements, and exception numbers."""
 
 from __future__ import annotations
 
@@ -65,15 +65,18 @@ def _run(build: Build, body: str, scans: int = 1) -> BuiltinProgram:
 @pytest.mark.parametrize(
     ("statement", "expected"),
     [
-        ("I := 1;", "tefn"),  # no exception: __CATCH is left out
+        ("I := 1;", "tefn"),  # without an exception, __CATCH is not executed
         ("I := 1 / Z;", "tcfn"),  # the rest of __TRY is not executed
-        ("W();", "tcfn"),  # an exception in a call
+        ("W();", "tcfn"),  # the exception occurs in a called function
     ],
 )
 def test_finally_runs_with_and_without_an_exception(
     statement: str, expected: str, build: Build
 ) -> None:
-    """Source: Beckhoff InfoSys, TwinCAT 3 PLC, __TRY, __CATCH, __FINALLY, __ENDTRY (2529187211)."""
+    """The statements of __FINALLY run with and without an exception.
+
+    Source: Beckhoff InfoSys, TwinCAT 3 PLC, __TRY, __CATCH, __FINALLY, __ENDTRY (2529187211).
+    """
     add = "S := CONCAT(S, '{}');"
     program = _run(
         build,
@@ -99,19 +102,25 @@ def test_finally_runs_with_and_without_an_exception(
 def test_the_variable_of_catch_is_the_number_of_the_exception(
     statement: str, expected: str, build: Build
 ) -> None:
-    """Source: Beckhoff InfoSys, data type __SYSTEM.ExceptionCode (6753940235)."""
+    """The variable in __CATCH(…) gets the number of the exception.
+
+    Source: Beckhoff InfoSys, data type __SYSTEM.ExceptionCode (6753940235).
+    """
     program = _run(build, f"__TRY {statement} __CATCH(E) __ENDTRY;")
     assert program.read("Main.E") == f"RTSEXCPT_{expected}"
 
 
-def test_the_numbers_are_those_of_the_help(build: Build) -> None:
-    """Source: Beckhoff InfoSys, data type __SYSTEM.ExceptionCode (6753940235)."""
+def test_the_numbers_of_exceptions_are_those_of_the_help(build: Build) -> None:
+    """The exception numbers are those of the manufacturer's documentation.
+
+    Source: Beckhoff InfoSys, data type __SYSTEM.ExceptionCode (6753940235).
+    """
     body = "__TRY I := 1 / Z; __CATCH(E) D := E; __ENDTRY"
     assert _run(build, body).read("Main.D") == 0x102
 
 
 def test_an_exception_in_a_handler_goes_to_the_try_around_it(build: Build) -> None:
-    """The inner __FINALLY runs first.
+    """An exception in a handler is handled by the outer __TRY. The inner __FINALLY runs first.
 
     Source: Beckhoff InfoSys, __TRY; by hand.
     """
@@ -130,15 +139,18 @@ def test_an_exception_in_a_handler_goes_to_the_try_around_it(build: Build) -> No
     [(0, "befbefbef"), (1, "bf"), (2, "bf"), (3, "bfbfbf"), (4, "bcfbcfbcf")],
 )
 def test_finally_runs_if_the_try_is_left(way: int, expected: str, build: Build) -> None:
-    """RETURN, EXIT and CONTINUE leave it.
+    """__FINALLY also runs if RETURN, EXIT or CONTINUE leaves the __TRY.
 
-    Source: Beckhoff InfoSys, __TRY: the statements below __FINALLY are always executed.
+    Source: Beckhoff InfoSys, __TRY: statements below __FINALLY.
     """
     assert _run(build, f"S := Early({way});").read("Main.S") == expected
 
 
 def test_the_block_continues_in_the_next_scan(build: Build) -> None:
-    """Source: by hand: divisor 0 in the first scan, 5 in the second."""
+    """A block that was interrupted by an exception runs normally in the next scan.
+
+    The divisor is 0 in the first scan and 5 in the second.
+    """
     body = "W.Divisor := N; N := 5; __TRY W(); __CATCH I := I + 1; __ENDTRY"
     program = _run(build, body, scans=2)
     assert [program.read(f"Main.{name}") for name in ("I", "W.Result", "W.Done")] == [1, 20, 1]
@@ -158,7 +170,10 @@ def test_the_block_continues_in_the_next_scan(build: Build) -> None:
 def test_an_exception_that_is_not_caught_ends_the_run_with_its_line(
     body: str, message: str, build: Build
 ) -> None:
-    """Source: Beckhoff InfoSys, F_RaiseException: outside of __TRY the controller stops."""
+    """An exception outside of __TRY ends the run and is reported with its line.
+
+    Source: Beckhoff InfoSys, F_RaiseException: outside of __TRY the controller stops.
+    """
     with pytest.raises(InputError, match=message) as found:
         _run(build, body)
     line = f"{_BLOCKS}PROGRAM Main{_VARIABLES}".count("\n") + 2
@@ -166,10 +181,7 @@ def test_an_exception_that_is_not_caught_ends_the_run_with_its_line(
 
 
 def test_coverage_counts_the_statements_that_ran(files_of: Callable[..., list[Path]]) -> None:
-    """Of the statements in the __TRY and its handler, the one behind the error did not run.
-
-    Source: by hand.
-    """
+    """Coverage counts the statements of the __TRY up to the error, and those of the handler."""
     body = "__TRY\nI := 1;\nI := 1 / Z;\nN := 2;\n__CATCH(E)\nD := 1;\n__ENDTRY"
     collector = Collector()
     with counting(collector):
@@ -182,8 +194,11 @@ def test_coverage_counts_the_statements_that_ran(files_of: Callable[..., list[Pa
     assert ran == [1, 1, 1, 0, 1]
 
 
-def test_other_engines_refuse_it_by_its_name(project_of: Callable[..., Project]) -> None:
-    """Source: docs/reference/language.md."""
+def test_the_engine_matiec_refuses_try_by_its_name(project_of: Callable[..., Project]) -> None:
+    """The engine matiec refuses __TRY with its line.
+
+    Source: docs/reference/language.md.
+    """
     project = project_of(
         "PROGRAM Main\nVAR I : INT; END_VAR\nI := 1;\n__TRY\nI := 2;\n__CATCH\nI := 3;\n__ENDTRY\n"
         "END_PROGRAM\n"

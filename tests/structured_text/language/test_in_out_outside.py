@@ -1,4 +1,4 @@
-"""A VAR_IN_OUT that is read outside of its block: matiec keeps the value of the last call."""
+"""A VAR_IN_OUT that is read outside of its block has the value of the last call, as in matiec."""
 
 from __future__ import annotations
 
@@ -38,7 +38,7 @@ PROGRAM P WITH T1 : Main;
 END_RESOURCE
 END_CONFIGURATION
 """
-#: Before, After, Later in three scans. X is 0, 1, 1 before the calls.
+#: Expected values of Before, After and Later in three scans. X is 0, 1, 1 before the calls.
 _EXPECTED = [(0, 20, 20), (20, 3, 3), (3, 3, 3)]
 
 
@@ -50,13 +50,18 @@ def _values(program: BuiltinProgram | MatiecProgram) -> list[tuple[object, ...]]
     return found
 
 
-def test_the_value_is_that_of_the_last_call(build: Callable[..., BuiltinProgram]) -> None:
-    """Source: matiec's C code, __SET_VAR of the instance before and after a call; by hand."""
+def test_a_var_in_out_read_outside_has_the_value_of_the_last_call(
+    build: Callable[..., BuiltinProgram],
+) -> None:
+    """Outside of a call, a VAR_IN_OUT has the value that it had in the last call.
+
+    Source: matiec's C code, __SET_VAR of the instance before and after a call; by hand.
+    """
     assert _values(build(_TEXT)) == _EXPECTED
 
 
-def test_a_snapshot_has_the_value(build: Callable[..., BuiltinProgram]) -> None:
-    """Source: by hand."""
+def test_a_snapshot_has_the_value_of_a_var_in_out(build: Callable[..., BuiltinProgram]) -> None:
+    """A snapshot contains the VAR_IN_OUT value of the last call."""
     program = build(_TEXT)
     program.scan(0)
     saved = program.snapshot()
@@ -70,7 +75,7 @@ def test_a_snapshot_has_the_value(build: Callable[..., BuiltinProgram]) -> None:
 def test_matiec_computes_the_same(
     matiec: Matiec, files_of: Callable[..., list[Path]], tmp_path: Path
 ) -> None:
-    """Source: matiec."""
+    """Matiec gives the same values as the built-in engine."""
     compiler = find_c_compiler()
     assert compiler is not None
     program = MatiecProgram.build(load(files_of(_TEXT)), matiec, compiler)
@@ -78,16 +83,24 @@ def test_matiec_computes_the_same(
 
 
 @pytest.mark.parametrize("dialect", ["codesys", "twincat"])
-def test_other_tools_refuse_it(dialect: str, files_of: Callable[..., list[Path]]) -> None:
-    """Source: CODESYS help, VAR_IN_OUT: it can be accessed only inside of the block."""
+def test_other_dialects_refuse_to_read_a_var_in_out_outside(
+    dialect: str, files_of: Callable[..., list[Path]]
+) -> None:
+    """In other dialects, reading a VAR_IN_OUT outside of its block is refused.
+
+    Source: CODESYS help, VAR_IN_OUT: it can be accessed only inside of the block.
+    """
     (file,) = files_of(_TEXT)
     _, errors = analyse([in_dialect(file, dialect)])
     assert {error.message for error in errors} == {"Sum is internal to FB_Add"}
 
 
-def test_it_cannot_be_written_from_outside(
+def test_a_var_in_out_cannot_be_written_outside_of_a_call(
     mistakes_of: Callable[..., list[InputError]],
 ) -> None:
-    """Source: by hand: the next call overwrites what matiec writes there."""
+    """Writing a VAR_IN_OUT outside of a call is refused.
+
+    The next call would overwrite the written value.
+    """
     (error,) = mistakes_of(_TEXT.replace("X := 1;", "F.Sum := 1;"))
     assert error.message == "Sum is a VAR_IN_OUT of FB_Add: give it in the call"

@@ -1,4 +1,4 @@
-"""Memory is bytes, little endian, for unions, pointers to another type, and single characters.
+"""Unions, pointers to another type and single characters access memory as little-endian bytes.
 
 Every value was calculated by hand. The bits of reals are those of IEEE 754.
 """
@@ -145,7 +145,9 @@ def test_a_pointer_sees_single_bytes(body: str, path: str, value: Any, build: Bu
         ("B := PB^;", "the pointer is 0"),
     ],
 )
-def test_beyond_the_memory_a_run_ends(statement: str, message: str, build: Build) -> None:
+def test_a_pointer_outside_of_its_variable_ends_the_run(
+    statement: str, message: str, build: Build
+) -> None:
     with pytest.raises(InputError, match=message) as caught:
         _run(build, f"I := 0;\n{statement}")
     assert caught.value.line == f"{_TYPES}\n\nVAR {_VARIABLES}\n\n".count("\n") + 1

@@ -63,7 +63,10 @@ def _run(build: Build, body: str) -> BuiltinProgram:
 def test_memory_is_copied_set_and_compared(
     body: str, name: str, expected: Any, build: Build
 ) -> None:
-    """Source: Beckhoff InfoSys, PLC library Tc2_System: MEMCPY, MEMMOVE, MEMSET, MEMCMP."""
+    """MEMCPY, MEMMOVE, MEMSET and MEMCMP give the expected values.
+
+    Source: Beckhoff InfoSys, PLC library Tc2_System: MEMCPY, MEMMOVE, MEMSET, MEMCMP.
+    """
     assert _run(build, body).read(f"Main.{name}") == expected
 
 
@@ -82,7 +85,10 @@ def test_memory_is_copied_set_and_compared(
 def test_a_pointer_of_another_type_leads_to_the_same_variable(
     body: str, name: str, expected: Any, build: Build
 ) -> None:
-    """Source: CODESYS help, POINTER TO: a pointer is an address; values by hand."""
+    """A pointer converted to another pointer type still leads to the same variable.
+
+    Source: CODESYS help, POINTER TO: a pointer is an address; values by hand.
+    """
     assert _run(build, body).read(f"Main.{name}") == expected
 
 
@@ -98,7 +104,10 @@ def test_a_pointer_of_another_type_leads_to_the_same_variable(
 def test_an_access_that_is_not_modelled_ends_the_run_with_its_line(
     body: str, message: str, build: Build
 ) -> None:
-    """Source: docs/reference/language.md."""
+    """An access to memory that is not simulated ends the run with its line.
+
+    Source: docs/reference/language.md.
+    """
     with pytest.raises(InputError, match=message) as found:
         _run(build, body)
     assert found.value.line == f"{_TYPES}PROGRAM Main{_VARIABLES}".count("\n") + 1

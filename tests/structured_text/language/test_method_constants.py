@@ -56,9 +56,11 @@ END_FUNCTION_BLOCK
 def test_constants_of_a_method_and_of_its_block_are_bounds(
     build: Callable[[str], BuiltinProgram],
 ) -> None:
-    """Source: help of CODESYS, SIZEOF and constants.
+    """Constants of a method, and of its block, may be array bounds in the method.
 
-    S has 4 + 4 + 6 bytes, and 2 more so that its DINT lie at multiples of 4.
+    Source: help of CODESYS, SIZEOF and constants.
+
+    The size of S is 16: 4 + 4 + 6 bytes, and 2 bytes so that each DINT is at a multiple of 4.
     """
     program = build(
         f"{_BLOCK}PROGRAM P1\nVAR a : A; o : ARRAY [1..11] OF UDINT; n : UDINT; END_VAR\n"
@@ -78,7 +80,7 @@ def test_constants_of_the_block_are_defaults_and_initial_values(
         " END_VAR\na.cmd.a := 3; x := a.Values(); y := a.Values(k := 1); z := d.a;\nEND_PROGRAM\n"
     )
     program.scan(0)
-    # k = 5, i = 14, copy.a = 3; the array only has to be accepted.
+    # Expected: k = 5, i = 14, copy.a = 3. The declaration of the array only has to be accepted.
     assert [program.read(f"Main.{name}") for name in ("x", "y", "z")] == [5143, 1143, 6]
 
 

@@ -268,7 +268,7 @@ END_FUNCTION_BLOCK
 def test_fb_init_runs_once_before_the_first_scan(build: Build) -> None:
     """FB_init of the base runs first, with the arguments of the declaration.
 
-    FB_exit is never called.
+    FB_exit is never called in a simulation.
     """
     program = build(
         _STARTED + "PROGRAM P VAR M : FB_Machine; END_VAR ; END_PROGRAM".replace(" ;", "")
@@ -283,7 +283,7 @@ def test_fb_init_runs_once_before_the_first_scan(build: Build) -> None:
     assert program.read("Main.M.Axis.Number") == 3
 
 
-#: Text between FUNCTION_BLOCK and END_FUNCTION_BLOCK.
+#: Wrong declarations: the text between FUNCTION_BLOCK and END_FUNCTION_BLOCK.
 _REFUSED = [
     ("A EXTENDS B", "B is not a function block"),
     ("A EXTENDS TON", "TON is not a function block"),
@@ -391,7 +391,10 @@ def test_a_program_has_these_values(
 
 @pytest.mark.parametrize("data", ["Data", "THIS^.Data"])
 def test_a_method_works_on_the_in_out_of_its_block(data: str, build: Build) -> None:
-    """A call in the body gives 1 + 2. A later call from outside uses the last VAR_IN_OUT: 3 + 3."""
+    """A call of the method in the body gives 1 + 2.
+
+    A later call from outside uses the VAR_IN_OUT of the block's last call: 3 + 3.
+    """
     block = (
         "FUNCTION_BLOCK A VAR_IN_OUT Data : INT; END_VAR VAR Seen : INT; END_VAR\n"
         "METHOD Raise : INT VAR_INPUT By1 : INT; END_VAR\n"
@@ -413,7 +416,9 @@ def test_a_method_works_on_the_in_out_of_its_block(data: str, build: Build) -> N
         ("M.Set(); X := M.Get();", "X", 5),
     ],
 )
-def test_names_behind_a_namespace(body: str, want: str, expected: Any, build: Build) -> None:
+def test_a_namespace_before_a_name_is_accepted(
+    body: str, want: str, expected: Any, build: Build
+) -> None:
     spaces = (
         "NAMESPACE Drives.Servo\n"
         "FUNCTION FC_Twice : INT VAR_INPUT In : INT; END_VAR FC_Twice := 2 * In; END_FUNCTION\n"

@@ -114,10 +114,13 @@ _NO_RESULT = [
         (_HALF, "", "Half(A := 4, Q => I);", _NO_RESULT),
     ],
 )
-def test_nothing_else_is_noted(
+def test_only_the_constructs_of_the_statement_are_noted(
     tmp_path: Path, before: str, variable: str, statement: str, noted: list[tuple[str, str]]
 ) -> None:
-    """A function without a result gets no note that its result is never set."""
+    """Only the listed constructs are noted.
+
+    A function without a result gets no second note about its result.
+    """
     file = tmp_path / "loose.st"
     program = f"PROGRAM P1\nVAR I : INT; {variable} END_VAR\n{statement}\nEND_PROGRAM\n"
     file.write_text(before + program)
@@ -150,8 +153,8 @@ def test_the_library_has_nothing_that_is_not_portable() -> None:
     assert load(files).uses == ()
 
 
-def test_matiec_runs_what_it_has_of_that(tmp_path: Path, matiec: Matiec) -> None:
-    """The functions for dates and BCD are of the second edition, so matiec has them."""
+def test_matiec_runs_functions_of_the_second_edition(tmp_path: Path, matiec: Matiec) -> None:
+    """Functions for dates and BCD are part of the second edition, so matiec runs them."""
     del matiec
     file = tmp_path / "rare.st"
     file.write_text(
@@ -184,8 +187,10 @@ def test_auto_says_why_it_does_without_matiec(tmp_path: Path, matiec: Matiec) ->
         ("X : TOD := TOD#12:30;", "TOD#12:30: write each number of a date"),
     ],
 )
-def test_a_look_at_a_single_file_names_it_too(tmp_path: Path, variable: str, name: str) -> None:
-    """`rcx check --lint` names these constructs although it does not check types."""
+def test_the_lint_of_a_single_file_also_names_the_construct(
+    tmp_path: Path, variable: str, name: str
+) -> None:
+    """`rcx check --lint` also names these constructs, although it does not check types."""
     file = tmp_path / "one.st"
     file.write_text(f"PROGRAM P1\n  VAR\n    {variable}\n  END_VAR\n  X := X;\nEND_PROGRAM\n")
     assert any(name in str(one) for one in lint([file], binding=True))

@@ -1,4 +1,4 @@
-"""Object-oriented constructs, which the portable subset does not have."""
+"""The portable subset refuses object-oriented constructs."""
 
 from __future__ import annotations
 
@@ -35,10 +35,10 @@ from structured_text.language.parser import parse_portable
         ("USING N;", "a NAMESPACE"),
     ],
 )
-def test_the_portable_subset_refuses_it_by_name(
+def test_the_portable_subset_refuses_object_oriented_constructs_by_name(
     source: str, construct: str, tmp_path: Path
 ) -> None:
-    """The rules of the library refuse it as well."""
+    """Each object-oriented construct is refused by its name, also by the rules of the library."""
     with pytest.raises(InputError) as caught:
         parse_portable(source, Path("program.st"))
     named = str(caught.value).split("does not take ")[1].split("; ")

@@ -47,7 +47,10 @@ def test_a_case_of_texts_calls_no_function_several_times(mistakes_of: Mistakes) 
 
 
 def test_a_duration_becomes_a_date_counted_from_1970(build: Build) -> None:
-    """The dates are 90 s and 25 h after 1970-01-01. Source: help of CODESYS, "TIME_TO_DT"."""
+    """Durations of 90 s and 25 h become dates counted from 1970-01-01.
+
+    Source: help of CODESYS, "TIME_TO_DT".
+    """
     program = build(
         "PROGRAM Main VAR D : DT; T : TIME; A : DATE; U : TIME; END_VAR D := TO_DT(T#90s); "
         "T := DT_TO_TIME(D); A := TIME_TO_DATE(T#25h); U := DATE_TO_TIME(A); END_PROGRAM"
@@ -59,7 +62,7 @@ def test_a_duration_becomes_a_date_counted_from_1970(build: Build) -> None:
     assert program.read("Main.U") == timedelta(days=1)
 
 
-def test_an_input_of_open_length_is_passed_on_by_its_place(build: Build) -> None:
+def test_an_array_of_open_length_is_passed_on_to_another_function(build: Build) -> None:
     program = build(
         "FUNCTION F1 : INT VAR_IN_OUT L : ARRAY [*] OF INT; END_VAR F1 := L[2]; END_FUNCTION\n"
         "FUNCTION F2 : INT VAR_INPUT L : ARRAY [*] OF INT; END_VAR F2 := F1(L) * 2; END_FUNCTION\n"

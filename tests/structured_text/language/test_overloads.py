@@ -49,7 +49,10 @@ END_METHOD"""
 def test_the_types_of_the_arguments_choose_the_method(
     build: Callable[..., BuiltinProgram], arguments: str, expected: str
 ) -> None:
-    """Source: the docstring of structured_text.language.overloads."""
+    """The argument types choose the method `Show__TYPE` that a call of `Show` runs.
+
+    Source: the docstring of structured_text.language.overloads.
+    """
     program = build(_BLOCK.format(types=_TYPES, arguments=arguments))
     program.scan(0)
     assert program.read("Main.t") == expected
@@ -67,6 +70,9 @@ def test_the_types_of_the_arguments_choose_the_method(
 def test_arguments_that_fit_no_method_are_refused(
     build: Callable[..., BuiltinProgram], arguments: str, message: str
 ) -> None:
-    """Source: the docstring of structured_text.language.overloads."""
+    """A call whose arguments fit no method is refused.
+
+    Source: the docstring of structured_text.language.overloads.
+    """
     with pytest.raises(InputError, match=message):
         build(_BLOCK.format(types="", arguments=arguments))

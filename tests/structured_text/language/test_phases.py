@@ -1,4 +1,4 @@
-"""Programs of Automation Studio: a task is a folder with `.st`, `.var`, `.typ` and `.fun` files."""
+"""Tests of Automation Studio programs: a task is a folder with `.st`, `.var` and other files."""
 
 from __future__ import annotations
 
@@ -43,9 +43,9 @@ def _task(tmp_path: Path) -> list[Path]:
 
 
 def test_the_first_scan_runs_init_before_cyclic(tmp_path: Path) -> None:
-    """By hand: 10 + 3 = 13, then 16. The structure has the doubled values.
+    """_INIT runs only in the first scan, before _CYCLIC: 10 + 3 = 13, then 16.
 
-    RETURN ends _INIT only, and _EXIT does not run.
+    RETURN in _INIT does not end _CYCLIC, and _EXIT does not run.
     """
     program = BuiltinProgram.build(load(_task(tmp_path)))
     program.scan(0)

@@ -48,7 +48,10 @@ END_PROGRAM
 
 
 def test_the_name_of_a_pou_is_qualified_with_its_block(build: Build) -> None:
-    """Source: help of CODESYS, "Operator __POUNAME": in a method, qualified with the block."""
+    """In a method, __POUNAME() contains the name of the block.
+
+    Source: help of CODESYS, "Operator __POUNAME": in a method, qualified with the block.
+    """
     program = build(_NAMES)
     program.scan(0)
     names = ["Main.F", "Main.Own", "Main.Here", "Main.B.Inside", "Main.B.Read", "Main.B.Acted"]
@@ -57,8 +60,13 @@ def test_the_name_of_a_pou_is_qualified_with_its_block(build: Build) -> None:
     ]
 
 
-def test_a_list_of_globals_and_a_structure_have_their_own_names(build: Build) -> None:
-    """Source: help of CODESYS, "Operator __POUNAME": in a GVL, its name; in a structure, its."""
+def test_pouname_in_a_list_of_globals_and_in_a_structure_gives_its_own_name(build: Build) -> None:
+    """In a list of globals, __POUNAME() gives the name of the list.
+
+    In a structure it gives the name of the structure.
+
+    Source: help of CODESYS, "Operator __POUNAME".
+    """
     program = build(
         "VAR_GLOBAL G : STRING := __POUNAME(); END_VAR\n"
         "TYPE ST1 : STRUCT N : STRING := __POUNAME(); END_STRUCT; END_TYPE\n"
@@ -69,7 +77,10 @@ def test_a_list_of_globals_and_a_structure_have_their_own_names(build: Build) ->
 
 
 def test_a_position_names_the_line_and_in_statements_the_column(build: Build) -> None:
-    """Source: Beckhoff Infosys, "__POSITION": Line 1 (Decl); Line 1, Column 1 (Impl)."""
+    """__POSITION() gives the line, and in statements also the column.
+
+    Source: Beckhoff Infosys, "__POSITION": Line 1 (Decl); Line 1, Column 1 (Impl).
+    """
     program = build(
         "PROGRAM Main\nVAR\n  D : STRING := __POSITION();\n  I : STRING;\nEND_VAR\n"
         "  I := __POSITION();\nEND_PROGRAM"
@@ -82,19 +93,24 @@ def test_a_position_names_the_line_and_in_statements_the_column(build: Build) ->
 @pytest.mark.parametrize(
     ("argument", "size"),
     [
-        ("X", 10),  # ARRAY of five INT
+        ("X", 10),  # an ARRAY of five INT
         ("INT", 2),
-        ("B", 16),  # pointer to the methods 4, BYTE 1 + 3, DINT 4, BOOL 1 + 3
+        ("B", 16),  # pointer to the methods: 4 bytes; BYTE: 1 + 3; DINT: 4; BOOL: 1 + 3
         ("L", 32),  # two blocks of 16 bytes
         ("FB1", 16),
-        ("S", 20),  # INT 2 + 2, then the block
-        ("D", 20),  # first the variables of the base, then DINT 4
+        ("S", 20),  # INT: 2 + 2 bytes, then the block
+        ("D", 20),  # the variables of the base, then DINT: 4 bytes
     ],
 )
 def test_sizes_of_blocks_are_those_of_structures_with_a_pointer_before_them(
     argument: str, size: int, build: Build
 ) -> None:
-    """Source: help of CODESYS, "XSIZEOF"; the layout of blocks is assumed, as each tool differs."""
+    """A block has the size of a structure that begins with a pointer.
+
+    Each tool differs, so this layout is assumed.
+
+    Source: help of CODESYS, "XSIZEOF".
+    """
     program = build(
         "FUNCTION_BLOCK FB1 VAR_INPUT A : BYTE; C : DINT; E : BOOL; END_VAR ; END_FUNCTION_BLOCK\n"
         "FUNCTION_BLOCK FB2 EXTENDS FB1 VAR F : DINT; END_VAR ; END_FUNCTION_BLOCK\n"
@@ -149,7 +165,7 @@ def test_a_structure_of_another_type_is_no_initial_value(
 
 
 def test_a_final_method_of_an_interface_is_implemented(build: Build) -> None:
-    """A FINAL method of an interface has an implementation, which cannot be overridden."""
+    """A FINAL method of an interface has an implementation. A block cannot override it."""
     program = build(
         "INTERFACE I1 METHOD FINAL M : INT END_METHOD END_INTERFACE\n"
         "FUNCTION_BLOCK FB1 IMPLEMENTS I1 METHOD FINAL M : INT M := 6; END_METHOD"

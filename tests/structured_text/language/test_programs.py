@@ -1,4 +1,4 @@
-"""Calls of programs by name, the choice among several programs, actions, and open arrays."""
+"""Tests of program calls by name, the choice among several programs, actions, and open arrays."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ Mistakes = Callable[[str], list[InputError]]
 _COUNT = "PROGRAM {0} VAR N : INT; END_VAR N := N + 1; END_PROGRAM\n"
 
 
-def test_a_program_is_one_instance_for_all_who_name_it(build: Build) -> None:
+def test_a_program_named_by_several_pous_is_one_instance(build: Build) -> None:
     program = build(
         "FUNCTION_BLOCK FB1 VAR_OUTPUT Q : INT; END_VAR Other.N := Other.N + 10; Q := Other.N;"
         " END_FUNCTION_BLOCK\n"
@@ -53,7 +53,7 @@ def test_several_programs_need_the_usual_name(mistakes_of: Mistakes) -> None:
     assert "MAIN or PLC_PRG" in str(error)
 
 
-def test_two_instances_of_it_have_no_one_name(mistakes_of: Mistakes) -> None:
+def test_a_program_with_two_instances_cannot_be_named(mistakes_of: Mistakes) -> None:
     (error,) = mistakes_of(
         "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"
         + _COUNT.format("Counter")
@@ -93,7 +93,7 @@ def test_an_action_is_run_for_the_instance_and_sees_its_pins(build: Build) -> No
     assert (program.read("Main.X"), program.read("Main.F.N")) == (110, 2)
 
 
-def test_an_action_before_the_first_call_knows_no_in_out(build: Build) -> None:
+def test_an_action_before_the_first_call_cannot_use_a_var_in_out(build: Build) -> None:
     program = build(
         "FUNCTION_BLOCK FB1 VAR_IN_OUT Io : INT; END_VAR Step(); END_FUNCTION_BLOCK\n"
         "ACTION Step: Io := Io + 5; END_ACTION\n"
@@ -107,7 +107,9 @@ def test_an_action_before_the_first_call_knows_no_in_out(build: Build) -> None:
     ("body", "message"),
     [("X[9] := 1;", "index 9 is outside 3..4"), ("X[I] := 1;", "index 0 is outside 3..4")],
 )
-def test_an_index_outside_of_it_ends_the_run(body: str, message: str, build: Build) -> None:
+def test_an_index_outside_of_an_open_array_ends_the_run(
+    body: str, message: str, build: Build
+) -> None:
     program = build(
         f"FUNCTION F1 : INT VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR VAR I : INT; END_VAR\n{body}\n"
         "F1 := 0; END_FUNCTION\n"
@@ -134,7 +136,7 @@ def test_an_index_outside_of_it_ends_the_run(body: str, message: str, build: Bui
         ("VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR", "F1 := UPPER_BOUND(X, 2);", "from 1 to 1"),
     ],
 )
-def test_an_open_array_refuses_what_needs_its_length(
+def test_an_open_array_refuses_uses_that_need_its_length(
     declaration: str, body: str, message: str, mistakes_of: Mistakes
 ) -> None:
     errors = mistakes_of(f"FUNCTION F1 : DINT {declaration}\n{body} F1 := 0;\nEND_FUNCTION\n")
@@ -142,7 +144,7 @@ def test_an_open_array_refuses_what_needs_its_length(
     assert message in str(errors[0])
 
 
-def test_another_array_does_not_fit(mistakes_of: Mistakes) -> None:
+def test_an_open_array_refuses_arrays_of_another_type(mistakes_of: Mistakes) -> None:
     function = "FUNCTION F1 : INT VAR_IN_OUT X : ARRAY [*] OF INT; END_VAR F1 := 0; END_FUNCTION\n"
     for kind in ("ARRAY [1..2] OF DINT", "ARRAY [1..2, 1..2] OF INT", "INT"):
         errors = mistakes_of(
@@ -171,14 +173,15 @@ _TWO = (
     "CONFIGURATION C RESOURCE R ON PLC TASK T (INTERVAL := T#10ms, PRIORITY := 1);\n"
     "PROGRAM A WITH T : Counter; PROGRAM B WITH T : Start; END_RESOURCE END_CONFIGURATION\n"
 )
-#: The source, the number of scans (every 10 ms, the first at 10 ms), and the values afterwards.
+#: Cases: the source, the number of scans (every 10 ms, the first at 10 ms), and the values after
+#: them.
 _RUNS: dict[str, tuple[str, int, dict[str, Any]]] = {
-    "the instance of a configuration is the one that is named": (
+    "a program name means its instance in the configuration": (
         "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.N; END_PROGRAM\n"
         + _COUNT.format("Counter") + _TWO,
         2, {"A.N": 2, "B.Seen": 2},
     ),
-    "what a named instance starts is started once": (
+    "a block in a named program starts once": (
         "FUNCTION_BLOCK FB1 VAR_OUTPUT Starts : INT; END_VAR\n"
         "METHOD FB_init : BOOL VAR_INPUT bInitRetains, bInCopyCode : BOOL; END_VAR"
         " Starts := Starts + 1; END_METHOD\nEND_FUNCTION_BLOCK\n"
@@ -186,7 +189,7 @@ _RUNS: dict[str, tuple[str, int, dict[str, Any]]] = {
         "PROGRAM Start VAR Seen : INT; END_VAR Seen := Counter.F.Starts; END_PROGRAM\n" + _TWO,
         1, {"A.F.Starts": 1, "B.Seen": 1},
     ),
-    "an array of open length has the bounds of what is given": (
+    "an array of open length has the bounds of its argument": (
         "FUNCTION Total : DINT VAR_INPUT Row : ARRAY [*] OF INT; END_VAR VAR I : DINT; END_VAR\n"
         "FOR I := LOWER_BOUND(Row, 1) TO UPPER_BOUND(Row, 1) DO Total := Total + Row[I]; END_FOR\n"
         "END_FUNCTION\n"
@@ -200,7 +203,7 @@ _RUNS: dict[str, tuple[str, int, dict[str, Any]]] = {
         "S := Total(A); S2 := Total(B); F(G := G); END_PROGRAM\n",
         1, {"Main.S": 7, "Main.S2": 24, "Main.G": [[10, 11], [20, 21]]},
     ),
-    "initial values of a function are calculated in each call, of a program once": (
+    "initial values are calculated in each call of a function, once for a program": (
         "FUNCTION Size : INT VAR_INPUT N : INT; END_VAR VAR M : INT := 2 * N; END_VAR\n"
         "M := M + 1; Size := M; END_FUNCTION\n"
         "PROGRAM P VAR A : INT := Size(4); B, C : INT; Own : INT := 3;\n"
@@ -208,23 +211,23 @@ _RUNS: dict[str, tuple[str, int, dict[str, Any]]] = {
         "B := Size(1); C := Size(2); R := R + 1; END_PROGRAM\n",
         2, {"Main.A": 9, "Main.B": 3, "Main.C": 5, "Main.Own": 5},
     ),
-    "a constant fits where its value does, whatever its own type": (
+    "a constant of another type fits if its value fits": (
         "TYPE Mood : (CALM := 1, WILD := 5); END_TYPE\n"
         "PROGRAM P VAR CONSTANT N : DINT := 5; END_VAR\n"
         "VAR I : INT := N; R : REAL := N; M : Mood := N; END_VAR I := I; END_PROGRAM\n",
         0, {"Main.I": 5, "Main.R": 5.0, "Main.M": "WILD"},
     ),
-    "a variable may be called as the qualifier of an edge": (
+    "a variable may have the name of an edge qualifier": (
         "PROGRAM P VAR R_EDGE, F_EDGE : BOOL; END_VAR\nR_EDGE := TRUE; END_PROGRAM\n",
         1, {"Main.R_EDGE": True, "Main.F_EDGE": False},
     ),
-    "static variables of a block are those of all its instances": (
+    "all instances of a block share its static variables": (
         "FUNCTION_BLOCK FB1 VAR_STAT N : INT; END_VAR VAR_OUTPUT Q : INT; END_VAR\n"
         "N := N + 1; Q := N; END_FUNCTION_BLOCK\n"
         "PROGRAM P VAR A, B : FB1; END_VAR A(); B(); END_PROGRAM\n",
         1, {"Main.A.Q": 1, "Main.B.Q": 2},
     ),
-    "the time is that of the scan, in a function too": (
+    "the time in a function is also that of the scan": (
         "FUNCTION Since : TIME VAR_INPUT T0 : TIME; END_VAR Since := TIME() - T0; END_FUNCTION\n"
         "PROGRAM P VAR T1 : TIME; L : LTIME; END_VAR T1 := Since(T#5ms); L := LTIME();\n"
         "END_PROGRAM\n",
@@ -303,7 +306,7 @@ def test_an_unnamed_argument_has_its_place(call: str, values: list[int], build: 
         (b"PROGRAM P A.B^.C(; END_PROGRAM", "is not expected here"),
     ],
 )  # fmt: skip
-def test_bad_input_is_a_message(contents: bytes, message: str, tmp_path: Path) -> None:
+def test_wrong_input_gives_a_message(contents: bytes, message: str, tmp_path: Path) -> None:
     file = tmp_path / "bad.st"
     file.write_bytes(contents)
     errors = check([file])
@@ -321,7 +324,7 @@ def test_a_name_in_two_files_is_one_message(tmp_path: Path) -> None:
 
 
 def test_a_mistake_in_a_call_leaves_the_rest_readable(tmp_path: Path) -> None:
-    """The parser continues after the call, and reads the declarations that follow."""
+    """After an error in a call, the parser reads the declarations that follow."""
     file = tmp_path / "wrong.st"
     file.write_text(
         "PROGRAM P VAR A : INT; END_VAR\nA.B(A)\n;\nTEST_OVER()\nEND_PROGRAM\n"

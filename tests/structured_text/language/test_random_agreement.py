@@ -1,7 +1,7 @@
 """Random calls of standard functions give the same results on the built-in engine and matiec.
 
 The test leaves out known differences (docs/reference/language.md): FIND of more than one character
-and REPLACE (mistakes of matiec), shifts by the width and more, reals that do not fit an integer,
+and REPLACE (errors of matiec), shifts by the width and more, reals that do not fit an integer,
 divisions by 0, invalid BCD digits, and texts converted to dates.
 """
 

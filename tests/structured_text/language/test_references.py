@@ -168,8 +168,8 @@ def test_a_wrong_pointer_is_refused(statement: str, message: str, mistakes_of: M
     assert message in str(errors[0])
 
 
-def test_a_snapshot_holds_where_pointers_lead(build: Build) -> None:
-    """If another instance restores the snapshot, its pointers lead to its own variables."""
+def test_a_snapshot_contains_the_targets_of_pointers(build: Build) -> None:
+    """If another instance restores a snapshot, its pointers lead to its own variables."""
     body = "IF P = 0 THEN P := ADR(A[1]); R REF= S.Y; PS := ADR(Points[3]); END_IF; P^ := P^ + 1;"
     body += " R := R + 2; PS^.X := PS^.X + 3;"
     first = _run(build, body)
@@ -210,7 +210,9 @@ def test_the_result_of_a_call_can_be_dereferenced(build: Build) -> None:
     ("body", "message"),
     [("F()();", "a call cannot stand here"), ("N := F()^;", "^ needs a pointer, not a INT")],
 )
-def test_calls_where_none_can_stand(body: str, message: str, mistakes_of: Mistakes) -> None:
+def test_calls_at_wrong_positions_are_refused(
+    body: str, message: str, mistakes_of: Mistakes
+) -> None:
     errors = mistakes_of(
         "FUNCTION F : INT F := 1; END_FUNCTION\n"
         f"PROGRAM P1 VAR N : INT; END_VAR {body} END_PROGRAM\n"
@@ -218,7 +220,7 @@ def test_calls_where_none_can_stand(body: str, message: str, mistakes_of: Mistak
     assert message in str(errors[0])
 
 
-def test_super_of_what_is_missing_is_one_message(mistakes_of: Mistakes) -> None:
+def test_super_of_a_missing_base_is_one_message(mistakes_of: Mistakes) -> None:
     errors = mistakes_of(
         "FUNCTION_BLOCK FB1 EXTENDS Nowhere VAR N : INT; END_VAR N := SUPER^.N; END_FUNCTION_BLOCK"
     )

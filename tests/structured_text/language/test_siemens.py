@@ -1,4 +1,4 @@
-"""Constructs of SIMATIC AX and TIA Portal are supported, such as characters of texts."""
+"""Tests of constructs of SIMATIC AX and TIA Portal, such as the characters of a text."""
 
 from __future__ import annotations
 
@@ -32,7 +32,10 @@ def scanned(files_of: Files) -> Callable[..., BuiltinProgram]:
 def test_characters_of_texts_count_from_one(
     dialect: str, scanned: Callable[..., BuiltinProgram]
 ) -> None:
-    """Source: manual of STEP 7, "STRING": the first character has the index 1 and is a CHAR."""
+    """In the dialects of Siemens, S[1] is the first character of a text.
+
+    Source: manual of STEP 7, "STRING": the first character has the index 1 and is a CHAR.
+    """
     program = scanned(
         "PROGRAM Main VAR S : STRING := 'abc'; C : CHAR; T : STRING; U : STRING := 'abc'; END_VAR\n"
         "C := S[2]; T := S[3]; U[1] := 'x'; U[2] := C; IF S[1] = 'a' THEN U[3] := S[1]; END_IF;\n"
@@ -42,7 +45,7 @@ def test_characters_of_texts_count_from_one(
     assert [program.read(f"Main.{name}") for name in "CTU"] == ["b", "c", "xba"]
 
 
-def test_elsewhere_they_are_bytes_that_count_from_zero(
+def test_in_codesys_characters_of_texts_are_bytes_counted_from_zero(
     scanned: Callable[..., BuiltinProgram],
 ) -> None:
     program = scanned(
@@ -65,7 +68,7 @@ def test_members_of_an_enumeration_with_a_base_type_are_numbers_in_declarations(
     assert [program.read(f"Main.{name}") for name in "SDUW"] == [1, 3, 1, 3]
 
 
-def test_a_start_of_a_wider_type_is_converted_in_ax_only(
+def test_only_in_ax_may_a_for_loop_start_with_a_value_of_a_wider_type(
     scanned: Callable[..., BuiltinProgram],
 ) -> None:
     source = (
@@ -78,7 +81,10 @@ def test_a_start_of_a_wider_type_is_converted_in_ax_only(
 
 
 def test_pins_of_a_block_start_with_variables(scanned: Callable[..., BuiltinProgram]) -> None:
-    """E := E connects the pin of the inner block with the variable of the outer block."""
+    """A block's initial values may contain variables of the outer block.
+
+    E := E gives the pin E of the inner block the value of the outer block's E.
+    """
     program = scanned(
         "TYPE E1 : (A1, B1); END_TYPE\n"
         "FUNCTION_BLOCK F VAR_INPUT E : E1; N : INT; END_VAR VAR_OUTPUT O : INT; END_VAR"
@@ -116,13 +122,18 @@ END_PROGRAM
 def test_the_arguments_choose_among_functions_of_one_name(
     scanned: Callable[..., BuiltinProgram],
 ) -> None:
-    """A SINT widens to an INT; the function for arrays calls the one for INT."""
+    """The types of the arguments choose among functions of the same name.
+
+    A SINT widens to an INT.
+    """
     program = scanned(_OVERLOADS)
     assert [program.read(f"Main.{name}") for name in "ABCD"] == ["I3", "R", "I7", "I5"]
     assert [program.read(f"Main.{name}") for name in "NXY"] == [11, 1, 2]
 
 
-def test_elsewhere_a_function_is_declared_once(scanned: Callable[..., BuiltinProgram]) -> None:
+def test_in_other_dialects_a_second_function_of_the_same_name_is_refused(
+    scanned: Callable[..., BuiltinProgram],
+) -> None:
     with pytest.raises(InputError, match="ToS is declared twice"):
         scanned(_OVERLOADS, dialect="codesys")
 
@@ -136,7 +147,7 @@ def test_a_function_with_the_same_pins_is_declared_twice(
 
 
 def test_namespaces_may_declare_the_same_names(scanned: Callable[..., BuiltinProgram]) -> None:
-    """A source means the name of its own namespace, or else that of a namespace it uses."""
+    """A name means the declaration in its own namespace, or else in a namespace that is used."""
     program = scanned(
         "NAMESPACE A.X TYPE K : INT (V := 1); END_TYPE FUNCTION F : INT VAR_INPUT I : INT; END_VAR"
         " F := I + K#V; END_FUNCTION END_NAMESPACE",
@@ -153,7 +164,10 @@ def test_namespaces_may_declare_the_same_names(scanned: Callable[..., BuiltinPro
 def test_an_assignment_attempt_gives_null_if_the_interface_is_missing(
     scanned: Callable[..., BuiltinProgram],
 ) -> None:
-    """Source: IEC 61131-3:2013, 6.6.6.7: the result is NULL if the attempt fails."""
+    """An assignment attempt `?=` gives NULL if the block lacks the interface.
+
+    Source: IEC 61131-3:2013, 6.6.6.7: the result is NULL if the attempt fails.
+    """
     program = scanned(
         "INTERFACE I1 METHOD A : INT END_METHOD END_INTERFACE\n"
         "INTERFACE I2 METHOD B : INT END_METHOD END_INTERFACE\n"
@@ -168,7 +182,7 @@ def test_an_assignment_attempt_gives_null_if_the_interface_is_missing(
 
 
 def test_tia_passes_an_array_with_other_bounds(scanned: Callable[..., BuiltinProgram]) -> None:
-    """Only the number and type of the elements must be the same. The last element is o[3]."""
+    """In TIA, arrays of other bounds may be passed if number and type of the elements agree."""
     source = (
         "FUNCTION F : INT VAR_INPUT A : INT; END_VAR VAR_IN_OUT O : ARRAY [1..3] OF INT; END_VAR"
         " VAR_OUTPUT P : ARRAY [1..3] OF INT; END_VAR O[1] := A; O[3] := O[3] + 7; P[2] := A;"
@@ -183,7 +197,7 @@ def test_tia_passes_an_array_with_other_bounds(scanned: Callable[..., BuiltinPro
 
 
 def test_blocks_of_methods_get_arguments(scanned: Callable[..., BuiltinProgram]) -> None:
-    """VAR_INST is initialised once with its block, VAR in each call."""
+    """A block in VAR_INST is initialised once, and a block in VAR is initialised in each call."""
     program = scanned(
         "FUNCTION_BLOCK F VAR N : INT; END_VAR METHOD FB_init : BOOL VAR_INPUT"
         " bInitRetains : BOOL; bInCopyCode : BOOL; K : INT; END_VAR N := K; END_METHOD"
@@ -197,7 +211,7 @@ def test_blocks_of_methods_get_arguments(scanned: Callable[..., BuiltinProgram])
     assert [program.read(f"Main.{name}") for name in "IJKL"] == [11, 12, 21, 21]
 
 
-def test_a_call_in_an_expression_may_say_that_it_is_enabled(
+def test_a_call_in_an_expression_may_have_the_argument_en(
     scanned: Callable[..., BuiltinProgram],
 ) -> None:
     program = scanned(

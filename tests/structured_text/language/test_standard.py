@@ -1,4 +1,4 @@
-"""Functions and blocks of later editions give values by hand, also at the limits.
+"""Functions and blocks of later editions give values calculated by hand, also at limits.
 
 Source: IEC 61131-3:2013, tables 22 to 46; extensions of tools are marked.
 """
@@ -237,7 +237,7 @@ def test_own_functions_win_over_those_of_the_third_edition(evaluate: Evaluate) -
 
 
 def _trace(folder: Path, kind: str, inputs: list[dict[str, Any]], outputs: str) -> list[Any]:
-    """Return the outputs after each scan of 10 ms; a pin keeps its value until it is set again."""
+    """Return the outputs after each scan of 10 ms. A pin keeps its value until it is set again."""
     file = folder / "block.st"
     file.write_text(f"PROGRAM P1 VAR B1 : {kind}; END_VAR B1(); END_PROGRAM")
     program = BuiltinProgram.build(load([file]))
@@ -266,7 +266,9 @@ def test_a_timer_is_the_same_by_each_of_its_names(kind: str, tmp_path: Path) -> 
     ("kind", "levels"),
     [("TOF", "1111000"), ("LTOF", "1111000"), ("TP", "1110000"), ("LTP", "1110000")],
 )
-def test_the_other_timers_too(kind: str, levels: str, tmp_path: Path) -> None:
+def test_tof_and_tp_and_their_long_variants_have_the_right_outputs(
+    kind: str, levels: str, tmp_path: Path
+) -> None:
     """The input is on for two scans of 10 ms."""
     inputs: list[dict[str, Any]] = [{"IN": True, "PT": "T#15ms"}, {}, {"IN": False}, {}, {}, {}, {}]
     if kind.endswith("P"):
@@ -276,7 +278,7 @@ def test_the_other_timers_too(kind: str, levels: str, tmp_path: Path) -> None:
 
 
 def test_an_own_ctu_has_its_own_pins(build: Callable[[str], BuiltinProgram]) -> None:
-    """RESET is another name of R only for the standard CTU, not for a user's block."""
+    """A user's block named CTU has its own pins. RESET means R only for the standard CTU."""
     program = build(
         "FUNCTION_BLOCK CTU_Own VAR_INPUT RESET : BOOL; END_VAR VAR_OUTPUT Q : BOOL; END_VAR\n"
         "Q := RESET;\nEND_FUNCTION_BLOCK\n"

@@ -1,4 +1,4 @@
-"""Blocks with arguments in lists of globals and in outputs; VAR_INST with an initial value."""
+"""Tests of blocks with arguments in lists of globals and in outputs, and of VAR_INST."""
 
 from __future__ import annotations
 
@@ -53,7 +53,9 @@ END_VAR
 
 
 def test_a_block_of_a_list_of_globals_gets_its_arguments(build: Build) -> None:
-    """G.Sum is 1 + 41; Inner.Sum is 1 + 2.
+    """A block in a list of globals gets the arguments of its declaration.
+
+    G.Sum is 1 + 41, and Inner.Sum is 1 + 2.
 
     Source: CODESYS help, methods FB_Init, FB_Reinit and FB_Exit; values by hand.
     """
@@ -66,7 +68,7 @@ def test_a_block_of_a_list_of_globals_gets_its_arguments(build: Build) -> None:
 
 
 def test_a_snapshot_of_another_instance_leads_to_its_own_globals(build: Build) -> None:
-    """Source: by hand."""
+    """After a restored snapshot, references of an instance lead to its own globals."""
     program = build(
         f"{_BLOCKS}{_LIST}PROGRAM Main\nVAR D : INT; END_VAR\nP^ := P^ + 1; D := P^;\nEND_PROGRAM\n"
     )
@@ -78,7 +80,7 @@ def test_a_snapshot_of_another_instance_leads_to_its_own_globals(build: Build) -
 
 
 def test_a_var_inst_starts_once_with_its_block(build: Build) -> None:
-    """Three calls of the method: 5, 10, 15.
+    """A VAR_INST keeps its value between three calls of the method: 5, 10, 15.
 
     Source: CODESYS help, VAR_INST: the values are kept between the calls of the method.
     """
@@ -91,7 +93,7 @@ def test_a_var_inst_starts_once_with_its_block(build: Build) -> None:
 
 
 def test_missing_arguments_have_their_line(mistakes_of: Callable[..., list[InputError]]) -> None:
-    """Source: by hand."""
+    """A missing argument of FB_init is reported at the line of the declaration."""
     (error,) = mistakes_of(
         f"{_BLOCKS}VAR_GLOBAL\n  G : Part('x');\nEND_VAR\nPROGRAM Main\nEND_PROGRAM\n"
     )
@@ -100,7 +102,10 @@ def test_missing_arguments_have_their_line(mistakes_of: Callable[..., list[Input
 
 
 def test_a_program_names_its_own_parts(build: Build) -> None:
-    """Source: Beckhoff InfoSys, TwinCAT 3 PLC, PROGRAM: access by the name of the program."""
+    """A program can access its own variables by its own name.
+
+    Source: Beckhoff InfoSys, TwinCAT 3 PLC, PROGRAM: access by the name of the program.
+    """
     program = build(
         "PROGRAM Main\nVAR A, B : INT; END_VAR\nMETHOD Two : INT\nTwo := Main.B + 2;\nEND_METHOD\n"
         "Main.B := 5; A := Main.Two();\nEND_PROGRAM\n"

@@ -69,10 +69,13 @@ _USES: list[tuple[str, str, Any]] = [
 
 
 @pytest.mark.parametrize(("body", "name", "expected"), _USES, ids=[body for body, _, _ in _USES])
-def test_a_statement_means_what_the_tools_make_of_it(
+def test_a_statement_has_the_effect_that_it_has_in_the_tools(
     body: str, name: str, expected: Any, build: Callable[[str], BuiltinProgram]
 ) -> None:
-    """Source: help of TwinCAT, object action (2530340747); values by hand."""
+    """A name as a statement, and a call with empty arguments, have the effect of the tools.
+
+    Source: help of TwinCAT, object action (2530340747); values by hand.
+    """
     program = build(f"{_BOX}PROGRAM P1;\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")
     program.scan(0)
     assert program.read(f"Main.{name}") == expected
@@ -94,7 +97,10 @@ _WRONG = [
 def test_a_wrong_statement_is_refused_with_its_line(
     body: str, message: str, mistakes_of: Callable[[str], list[InputError]]
 ) -> None:
-    """Source: compiler error C0130 of CODESYS and TwinCAT, a method without parentheses."""
+    """Each wrong statement gives one message with its line.
+
+    Source: compiler error C0130 of CODESYS and TwinCAT, a method without parentheses.
+    """
     (error,) = mistakes_of(f"{_BOX}PROGRAM P1\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")
     assert (error.message, error.line) == (message, _BOX.count("\n") + 3)
 

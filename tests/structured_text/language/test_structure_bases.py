@@ -64,10 +64,13 @@ _USES: list[tuple[str, str, Any]] = [
 
 
 @pytest.mark.parametrize(("body", "name", "expected"), _USES, ids=[f"{b} {n}" for b, n, _ in _USES])
-def test_a_structure_stands_for_its_base(
+def test_a_derived_structure_can_be_used_as_its_base(
     body: str, name: str, expected: Any, build: Callable[[str], BuiltinProgram]
 ) -> None:
-    """Source: help of TwinCAT, extending a structure; values by hand."""
+    """A variable of a derived structure is accepted where its base is needed.
+
+    Source: help of TwinCAT, extending a structure; values by hand.
+    """
     start = "d.n := 5; d.t[1] := 7; d2.n := 50; c[1].n := 8;"
     program = build(f"{_TYPES}PROGRAM P1\nVAR {_VARIABLES} END_VAR\n{start}{body}\nEND_PROGRAM\n")
     program.scan(0)
@@ -83,7 +86,7 @@ _WRONG = [
 
 
 @pytest.mark.parametrize(("body", "message"), _WRONG, ids=[body for body, _ in _WRONG])
-def test_a_base_does_not_stand_for_what_extends_it(
+def test_a_base_structure_cannot_be_used_as_a_derived_structure(
     body: str, message: str, mistakes_of: Callable[[str], list[InputError]]
 ) -> None:
     (error,) = mistakes_of(f"{_TYPES}PROGRAM P1\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")

@@ -1,4 +1,4 @@
-"""The elementary types of the third edition have literals and implicit conversions.
+"""Elementary types of the third edition have the standard's literals and conversions.
 
 Source: IEC 61131-3:2013, tables 5 to 9 (literals), table 10 (elementary types), figure 12 (implicit
 conversions).
@@ -124,13 +124,13 @@ _WIDTH = dict(zip((*_INTEGERS, *_BITS), (8, 16, 32, 64) * 3, strict=True))
 
 
 @pytest.mark.parametrize("source", _ALL)
-def test_the_conversions_of_the_figure_and_no_others_are_the_standards(source: str) -> None:
+def test_exactly_the_conversions_of_figure_12_count_as_standard(source: str) -> None:
     found = [kind for kind in _ALL if widening(source, kind) == "standard"]
     assert sorted(found) == sorted(_FIGURE.get(source, "").split())
 
 
 @pytest.mark.parametrize("source", _ALL)
-def test_beyond_the_figure_no_bit_of_a_number_is_lost_but_in_a_real(source: str) -> None:
+def test_conversions_beyond_figure_12_lose_bits_only_in_a_real(source: str) -> None:
     found = {kind for kind in _ALL if widening(source, kind) == "vendor"}
     expected = set()
     if source in _WIDTH:
@@ -173,7 +173,7 @@ def test_beyond_the_figure_no_bit_of_a_number_is_lost_but_in_a_real(source: str)
         ("DATE", "DT", ""),
     ],
 )
-def test_two_types_have_one_in_common(one: str, other: str, expected: str) -> None:
+def test_two_numeric_types_have_a_common_type(one: str, other: str, expected: str) -> None:
     assert common(one, other) == common(other, one) == expected
 
 

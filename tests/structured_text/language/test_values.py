@@ -1,4 +1,4 @@
-"""Values are written as in Structured Text, and variables have parts."""
+"""Values are shown as in Structured Text, and variables are divided into elements and members."""
 
 from __future__ import annotations
 
@@ -75,7 +75,7 @@ def test_a_structure_is_made_of_its_members_and_an_array_of_its_elements() -> No
     }
 
 
-def test_a_block_has_what_has_a_value_of_its_own() -> None:
+def test_only_members_with_values_of_their_own_are_parts_of_a_block() -> None:
     assert [part.path for part in parts("B", BLOCK)] == ["B.Go", "B.Count"]
 
 
@@ -85,7 +85,7 @@ def test_an_array_of_very_many_elements_is_one_value() -> None:
     assert len(list(parts("L", shorter))) == LONGEST
 
 
-def test_a_header_says_of_what_type_a_variable_is() -> None:
+def test_the_header_of_a_trace_describes_types() -> None:
     assert described(POINT) == {
         "struct": "POINT",
         "members": {"X": "INT", "Grid": {"array": [[1, 2], [0, 1]], "of": "INT"}},
@@ -105,7 +105,10 @@ def test_values_unknown_to_json_become_literals() -> None:
 
 
 def test_a_type_comes_back_from_its_description() -> None:
-    """The description of a block does not name its type, so a block becomes a structure."""
+    """A type is restored from its description.
+
+    Only a block becomes a structure, because the description does not say that it is a block.
+    """
     for kind in (INT, STATE, LONG, GRID, POINT):
         again = typed(described(kind))
         assert described(again) == described(kind)

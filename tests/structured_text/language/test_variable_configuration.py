@@ -22,7 +22,10 @@ END_PROGRAM
 
 
 def test_each_instance_has_its_address(project_of: Callable[[str], Project]) -> None:
-    """Source: help of CODESYS, variable configuration; %M* gets the first free place."""
+    """VAR_CONFIG gives a variable a different address in each instance.
+
+    Source: help of CODESYS, variable configuration; %M* gets the first free place.
+    """
     project = project_of(
         f"{_BLOCK}VAR_CONFIG\nPLC_PRG.a.xIn AT %IX1.0 : BOOL;\nplc_prg.A.XOUT AT %QX0.3 : BOOL;\n"
         "PLC_PRG.b[2].xIn AT %IX1.1 : BOOL;\nApplication.PLC_PRG.a.w AT %QW4 : WORD;\n"
@@ -41,7 +44,10 @@ def test_each_instance_has_its_address(project_of: Callable[[str], Project]) -> 
 
 
 def test_a_configuration_names_its_instance(project_of: Callable[[str], Project]) -> None:
-    """Source: IEC 61131-3, edition 3, 6.8.2."""
+    """A CONFIGURATION gives addresses by the name of its program instance.
+
+    Source: IEC 61131-3, edition 3, 6.8.2.
+    """
     project = project_of(
         "PROGRAM Main1 VAR x : BOOL; END_VAR END_PROGRAM\nCONFIGURATION C\n"
         "TASK T(INTERVAL := T#10ms, PRIORITY := 1);\nPROGRAM P WITH T : Main1;\n"

@@ -1,4 +1,4 @@
-"""Statements and names of single tools have values that were calculated by hand."""
+"""Statements and names that only some tools have give values that were calculated by hand."""
 
 from __future__ import annotations
 
@@ -66,7 +66,7 @@ def _run(build: Build, body: str) -> BuiltinProgram:
         ("I := F1.Add(EN := B, A := 2); J := F1.Add(EN := NOT B, A := 2);", {"I": 0, "J": 9}),
         ("F1.Add(EN := B, A := 2); F1.Add(A := 3, ENO => B);", {"F1.N": 4, "B": True}),
         ("A[2] := MAX(EN := TRUE, IN1 := 7, IN2 := 9, ENO => W.3);", {"A[2]": 9, "W": 8}),
-        # A function that declares EN and ENO itself: they are ordinary pins.
+        # In a function that declares EN and ENO itself, both are ordinary pins.
         ("I := F_Own(EN := FALSE, X := 4, ENO => B);", {"I": 8, "B": True}),
         # Assignments in expressions.
         ("WHILE (I := I + 1) < 5 DO J := J + I; END_WHILE;", {"I": 5, "J": 10}),
@@ -106,7 +106,7 @@ def _run(build: Build, body: str) -> BuiltinProgram:
 def test_statements_have_the_values_of_a_hand_calculation(
     build: Build, body: str, expected: dict[str, Any] | None
 ) -> None:
-    """Values are by hand.
+    """Statements give values that were calculated by hand.
 
     The rules are from CODESYS help, "ExST Assignment as An Expression" and "Data Type: BIT".
     """
@@ -129,7 +129,7 @@ def test_statements_have_the_values_of_a_hand_calculation(
         "FOR U := 2 TO 0 BY -1 DO N := N + 1; END_FOR; L[0](EN := N > 3, X := N, ENO => B);",
     ],
 )
-def test_coverage_does_not_change_what_they_do(
+def test_coverage_does_not_change_the_effects_of_statements(
     project_of: Callable[..., Project], body: str
 ) -> None:
     project = project_of(f"{_BEFORE}PROGRAM P1\nVAR {_VARIABLES} END_VAR\n{body}\nEND_PROGRAM\n")
@@ -217,14 +217,14 @@ def test_a_pragma_of_a_tool_is_not_taken_for_c(build: Build, text: str) -> None:
 def test_a_bit_outside_of_structures_and_blocks_is_refused(
     mistakes_of: Mistakes, place: str, line: int
 ) -> None:
-    """CODESYS refuses it with compiler error C0203."""
+    """A BIT variable outside of structures and blocks is refused, as in CODESYS (error C0203)."""
     (found,) = mistakes_of(place)
     assert found.line == line
     assert found.message.startswith("BIT is for fields of a structure")
 
 
-def test_keywords_of_few_places_may_be_names_elsewhere(build: Build) -> None:
-    """By hand: each method adds its own number."""
+def test_keywords_that_are_needed_in_few_places_may_be_names(build: Build) -> None:
+    """Keywords such as RETAIN and TASK may be names of variables, methods and blocks."""
     program = build("""
 FUNCTION_BLOCK configuration
   VAR_INPUT Retain, persistent : INT; END_VAR
@@ -253,7 +253,10 @@ END_PROGRAM
 
 
 def test_letters_beyond_ascii_work_in_all_kinds_of_names(build: Build) -> None:
-    """By hand: 3 + 4 = 7; the last letter of Zähler is written in two ways in Unicode."""
+    """Names with letters such as ä work for all kinds of declarations.
+
+    In Unicode the same letter can be written in two ways.
+    """
     program = build(
         """
 TYPE Zustände : (Grün, Gelb); END_TYPE
@@ -275,7 +278,10 @@ END_PROGRAM
 
 
 def test_a_source_that_is_not_utf_8_is_read_as_windows_1252(tmp_path: Path) -> None:
-    """By hand: ä is byte 16#E4 in Windows-1252; the note names the first such line."""
+    """A source that is not UTF-8 is read as Windows-1252, where ä is 16#E4.
+
+    A note names the first such line.
+    """
     file = tmp_path / "old.st"
     text = "PROGRAM P1 VAR S : STRING; END_VAR\n(* für *)\nS := 'ä';\nEND_PROGRAM\n"
     file.write_bytes(text.encode("cp1252"))

@@ -60,7 +60,10 @@ def test_a_choice_of_the_user_is_respected(monkeypatch: pytest.MonkeyPatch) -> N
     ],
 )
 def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected: str) -> None:
-    """Source: quoting of POSIX shells, of cmd and of PowerShell."""
+    """A file name is quoted if the shell of the system would split it.
+
+    Source: quoting of POSIX shells, of cmd and of PowerShell.
+    """
     assert quoted(name) == expected
 
 
@@ -72,7 +75,7 @@ def test_a_name_is_quoted_where_a_shell_would_take_it_apart(name: str, expected:
         ("\r\nrcx: fake\t", r"\r\nrcx: fake\t"),
         ("\x9b31m\x85", r"\x9b31m\x85"),  # C1 control characters of ISO 8859-1
         ("Größe \u65e5\u672c", "Größe \u65e5\u672c"),
-        ("\u202eevil\u2028", r"\u202eevil\u2028"),  # right to left, line separator
+        ("\u202eevil\u2028", r"\u202eevil\u2028"),  # a right-to-left mark and a line separator
     ],
 )
 def test_unprintable_characters_are_shown_as_codes(text: str, shown: str) -> None:
@@ -81,9 +84,10 @@ def test_unprintable_characters_are_shown_as_codes(text: str, shown: str) -> Non
 
 @pytest.mark.exhaustive
 def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:
-    """The pages that `verify` writes are not counted, because they are UTF-8 files.
+    """Every special character that is printed counts as needed.
 
-    Two modules are not counted because they search for their characters and do not print them.
+    Pages that `verify` writes do not count, because they are UTF-8 files. Two modules do not count,
+    because they only search for their characters.
     """
     searched = "structured_text.projects.plcopen.tasks", "structured_text.testing.suites.junit"
     texts = {

@@ -1,4 +1,4 @@
-"""Exports have paths of files, and record which files they have written."""
+"""Paths of exported files are resolved, and an export records the files that it has written."""
 
 from __future__ import annotations
 
@@ -10,7 +10,10 @@ from structured_text.output.exported import RECORD, own_output, record, resolved
 
 
 def test_a_link_to_a_file_and_one_to_its_folder_lead_to_the_same_place(tmp_path: Path) -> None:
-    """Source: pathlib.Path.resolve, file by file."""
+    """Paths through links to a file or folder are resolved to the same file.
+
+    Source: pathlib.Path.resolve, file by file.
+    """
     place = tmp_path / "plc"
     place.mkdir()
     (place / "A.st").touch()
@@ -26,8 +29,11 @@ def test_a_link_to_a_file_and_one_to_its_folder_lead_to_the_same_place(tmp_path:
     assert len(set(list(found.values())[:3])) == 1
 
 
-def test_a_record_speaks_of_the_files_below_its_folder_wherever_they_lie(tmp_path: Path) -> None:
-    """Source: docs/how-to/export.md: a folder that was exported is known again by its record."""
+def test_a_record_of_an_export_covers_files_in_subfolders(tmp_path: Path) -> None:
+    """A record of an export covers files in subfolders of its folder.
+
+    Source: docs/how-to/export.md: a folder that was exported is known again by its record.
+    """
     deep = tmp_path / "made" / "lib" / "A.st"
     deep.parent.mkdir(parents=True)
     deep.touch()

@@ -9,8 +9,11 @@ from rich.console import Console
 from structured_text.output.progress import progress_bar
 
 
-def test_without_a_terminal_a_line_says_now_and_then_how_far_how_fast_and_how_long() -> None:
-    """100 items take 2 s each. At 32 s, 16 are done at 0.5/s, and the other 84 need 168 s."""
+def test_without_a_terminal_lines_show_progress_speed_and_remaining_time() -> None:
+    """Of 100 items of 2 s each, 16 are done after 32 s.
+
+    The line shows 0.5/s and 168 s for the other 84.
+    """
     shown, now_s = io.StringIO(), 1000.0
     console = Console(file=shown, force_terminal=False, width=100)
     with progress_bar(console, clock=lambda: now_s) as progress:
@@ -24,7 +27,7 @@ def test_without_a_terminal_a_line_says_now_and_then_how_far_how_fast_and_how_lo
 
 
 def test_on_a_terminal_there_is_a_bar() -> None:
-    """200 items run at 4/s. After 100 items, 25 s remain."""
+    """On a terminal, a bar is shown. 200 items run at 4/s, so 25 s remain after 100 items."""
     shown, now_s = io.StringIO(), 0.0
     console = Console(file=shown, force_terminal=True, width=100)
     with progress_bar(console, clock=lambda: now_s) as progress:
@@ -37,8 +40,10 @@ def test_on_a_terminal_there_is_a_bar() -> None:
     assert "0:00:25" in shown.getvalue()
 
 
-def test_a_task_of_nothing_shows_no_bar() -> None:
-    """A campaign without failures has 0 classes, so only the bar of the seeds is shown.
+def test_a_task_without_items_shows_no_bar() -> None:
+    """A task with 0 items shows no bar.
+
+    An example is a campaign without failures, which has no classes.
 
     Source: docs/how-to/campaign.md.
     """

@@ -25,8 +25,11 @@ SYSTEM, GUARD = "structured_text.output.system", "structured_text.output.guard"
 
 
 @pytest.mark.exhaustive
-def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
-    """Source: docs/explanation/architecture.md, the rooms."""
+def test_no_other_module_uses_names_that_one_system_lacks(repository: Path) -> None:
+    """Only two modules use names that are missing on one of the systems.
+
+    Source: docs/explanation/architecture.md, the rooms.
+    """
     found = {
         name: used(file.read_text(encoding="utf-8")) for name, file in shipped(repository).items()
     }
@@ -37,7 +40,10 @@ def test_no_other_module_names_what_one_system_lacks(repository: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_no_other_module_asks_which_system_it_is(repository: Path) -> None:
-    """Source: docs/explanation/architecture.md, the rooms."""
+    """Only two modules read sys.platform or os.name.
+
+    Source: docs/explanation/architecture.md, the rooms.
+    """
     asks = {
         name
         for name, file in shipped(repository).items()
@@ -98,7 +104,10 @@ def handlers() -> Iterator[None]:
 @pytest.mark.usefixtures("handlers")
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP])
 def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
-    """Source: a defect report: SIGTERM leaves no temporary folders; Ctrl-C removes them."""
+    """SIGTERM and SIGHUP raise KeyboardInterrupt, as Ctrl-C does.
+
+    Commands then remove their temporary folders.
+    """
     for one in (signal.SIGTERM, signal.SIGHUP):
         signal.signal(one, signal.SIG_DFL)
     came = system.end_as_by_ctrl_c()
@@ -110,7 +119,7 @@ def test_signals_end_a_command_as_ctrl_c_does(number: signal.Signals) -> None:
 
 @pytest.mark.usefixtures("handlers")
 def test_a_signal_that_is_ignored_stays_so() -> None:
-    """`nohup` starts a process with SIGHUP ignored."""
+    """A signal that was ignored at the start stays ignored, as SIGHUP after `nohup`."""
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     system.end_as_by_ctrl_c()
     signal.raise_signal(signal.SIGHUP)
@@ -131,7 +140,7 @@ def test_a_signal_that_is_ignored_stays_so() -> None:
 def test_a_closed_pipe_is_not_a_full_disk(
     monkeypatch: pytest.MonkeyPatch, platform: str, number: int, expected: bool
 ) -> None:
-    """On Windows, writing to a closed pipe gives the error "invalid argument"."""
+    """A closed pipe is told from a full disk, also by the error "invalid argument" of Windows."""
     monkeypatch.setattr("sys.platform", platform)
     assert system.nobody_reads(OSError(number, "")) is expected
 
@@ -145,10 +154,13 @@ def test_a_closed_pipe_is_not_a_full_disk(
         ({"HOME": "/me"}, "linux", "/me/.cache"),
     ],
 )
-def test_the_cache_is_where_the_system_keeps_such_things(
+def test_the_cache_folder_follows_the_conventions_of_the_system(
     monkeypatch: pytest.MonkeyPatch, environment: dict[str, str], platform: str, expected: str
 ) -> None:
-    """Source: XDG base directories; Windows known folders; Apple's file system guide."""
+    """The cache folder follows the conventions of Linux, Windows and macOS.
+
+    Source: XDG base directories; Windows known folders; Apple's file system guide.
+    """
     for name in ("XDG_CACHE_HOME", "LOCALAPPDATA", "HOME"):
         monkeypatch.delenv(name, raising=False)
     for name, value in environment.items():
@@ -161,7 +173,10 @@ copies = pytest.mark.skipif(not system.COPIES, reason="this system has no copies
 
 
 def _in_new_python(code: str) -> tuple[int, str, str]:
-    """Return exit code and output of code in a new process, since a fork would inherit locks."""
+    """Run code in a new process, and return its exit code and output.
+
+    A fork would inherit locks.
+    """
     given = (
         "import os, signal, subprocess, sys\nfrom structured_text.output.system import PipedCopy\n"
     )
@@ -177,8 +192,11 @@ def _in_new_python(code: str) -> tuple[int, str, str]:
 
 
 @copies
-def test_a_copy_hears_and_answers_by_its_pipes_and_ends_with_its_input() -> None:
-    """Source: the docstring."""
+def test_a_copy_of_the_process_uses_its_pipes_and_ends_with_its_input() -> None:
+    """A copy of the process reads and writes its pipes, and ends when its input is closed.
+
+    Source: structured_text.output.system.
+    """
     code = """
         def work():
             for line in sys.stdin:
@@ -196,8 +214,11 @@ def test_a_copy_hears_and_answers_by_its_pipes_and_ends_with_its_input() -> None
 
 
 @copies
-def test_a_copy_has_no_open_file_of_the_process_it_is_a_copy_of() -> None:
-    """Source: the docstring; an end of a pipe that stays open would keep others from ending."""
+def test_a_copy_of_the_process_does_not_inherit_open_files() -> None:
+    """A copy of the process does not inherit open files.
+
+    If a copy kept the end of a pipe open, the reader of the pipe would never end.
+    """
     code = """
         end, other = os.pipe()
         def work():
@@ -225,8 +246,11 @@ def test_a_copy_has_no_open_file_of_the_process_it_is_a_copy_of() -> None:
         ("print('kept', end='')", 0, ""),
     ],
 )
-def test_how_a_copy_ends_is_seen(ends: str, expected: int, said: str) -> None:
-    """Source: the docstring; the documentation of `sys.exit`."""
+def test_the_exit_code_of_a_copy_shows_how_it_ended(ends: str, expected: int, said: str) -> None:
+    """The exit code of a copy tells how its work has ended.
+
+    Source: documentation of `sys.exit`.
+    """
     code = f"""
         print("not twice", end=" ")
         def work():
@@ -243,7 +267,10 @@ def test_how_a_copy_ends_is_seen(ends: str, expected: int, said: str) -> None:
 
 @copies
 def test_a_copy_that_does_not_end_is_killed() -> None:
-    """Source: the documentation of `subprocess.Popen`."""
+    """A copy that does not end within the wait can be killed.
+
+    Source: the documentation of `subprocess.Popen`.
+    """
     code = """
         copy = PipedCopy(signal.pause, "-")
         try:

@@ -69,10 +69,10 @@ _MAIN = _pou("Cyclic", "program", _variable("go", "<BOOL/>") + _variable("k", "<
     ],
 )
 def test_a_task_starts_by_its_variable(settings: str, counts: list[int], tmp_path: Path) -> None:
-    """In five scans the variable is FALSE, TRUE, TRUE, FALSE, TRUE.
+    """An event task runs at a rising edge of its variable, a status task while it is TRUE.
 
-    An event task runs at a rising edge, a status task while the variable is TRUE, and a
-    freewheeling task in each scan.
+    A freewheeling task runs in each scan. In five scans the variable is FALSE, TRUE, TRUE,
+    FALSE, TRUE.
 
     Source: CODESYS help, Editor 'Task', Type.
     """
@@ -88,7 +88,10 @@ def test_a_task_starts_by_its_variable(settings: str, counts: list[int], tmp_pat
 
 
 def test_a_task_of_the_standard_may_have_a_variable(tmp_path: Path) -> None:
-    """Source: PLCopen TC6 XML 2.01: task, attribute single; IEC 61131-3, table 63: SINGLE."""
+    """A task of IEC 61131-3 may start at a rising edge of its SINGLE variable.
+
+    Source: PLCopen TC6 XML 2.01: task, attribute single; IEC 61131-3, table 63: SINGLE.
+    """
     tasks = '<task name="Edge" single="Cyclic.go" priority="1"><pouInstance name="Count"/></task>'
     tasks += '<task name="Main" interval="PT0.01S" priority="1"><pouInstance name="Cyclic"/></task>'
     file = _project(tmp_path, _device("Plc", tasks, _COUNT + _MAIN))
@@ -106,7 +109,9 @@ def test_a_task_of_the_standard_may_have_a_variable(tmp_path: Path) -> None:
     ],
 )
 def test_a_task_by_an_unknown_event_is_noted(settings: str, said: str, tmp_path: Path) -> None:
-    """The other task runs. If the user gives a task, it replaces both, and the note is gone.
+    """A task with an unknown event does not run and is noted, and the other task runs.
+
+    A task that the user gives replaces both.
 
     Source: docs/how-to/projects.md.
     """
@@ -133,7 +138,10 @@ def test_a_task_by_an_unknown_event_is_noted(settings: str, said: str, tmp_path:
 
 
 def test_a_program_whose_only_task_has_an_unknown_event_can_be_checked(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """A program is checked even if its only task starts by an unknown event.
+
+    Source: docs/how-to/projects.md.
+    """
     file = _project(tmp_path, _device("Plc", _task("Edge", "Count"), _COUNT))
     project, errors = analyse(source_files(file, None).all)
     assert errors == []
@@ -141,7 +149,10 @@ def test_a_program_whose_only_task_has_an_unknown_event_can_be_checked(tmp_path:
 
 
 def test_an_interval_may_be_only_in_the_settings_of_the_tool(tmp_path: Path) -> None:
-    """Source: an export of CODESYS: Interval and IntervalUnit of TaskSettings."""
+    """If a task has no interval, the interval in the settings of CODESYS is used.
+
+    Source: an export of CODESYS: Interval and IntervalUnit of TaskSettings.
+    """
     settings = 'KindOfTask="Cyclic" Interval="2500" IntervalUnit="us"'
     tasks = _task("Main", "Count", 'interval="PT0S"', settings)
     project, _ = analyse(source_files(_project(tmp_path, _device("Plc", tasks, _COUNT)), None).all)
@@ -163,7 +174,10 @@ def _two(folder: Path) -> Path:
 
 @pytest.mark.parametrize(("device", "n"), [("Press", 1), ("oven", 5), ("Oven.Application", 5)])
 def test_a_device_is_chosen_by_its_name(device: str, n: int, tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """If a project has several devices, the name of a device selects its program.
+
+    Source: docs/how-to/projects.md.
+    """
     files = source_files(_two(tmp_path), None, device=device)
     with Bench.build(files, engine="builtin") as bench:
         bench.scan()
@@ -180,7 +194,10 @@ def test_a_device_is_chosen_by_its_name(device: str, n: int, tmp_path: Path) -> 
 def test_two_devices_are_one_message_with_both_names(
     device: str, said: str, tmp_path: Path
 ) -> None:
-    """Source: docs/how-to/projects.md."""
+    """Without a choice between two devices, one message names both.
+
+    Source: docs/how-to/projects.md.
+    """
     with pytest.raises(InputError) as caught:
         source_files(_two(tmp_path), None, device=device)
     assert said in str(caught.value)
@@ -188,7 +205,7 @@ def test_two_devices_are_one_message_with_both_names(
 
 
 def test_a_device_without_programs_is_not_a_choice(tmp_path: Path) -> None:
-    """A device may also be a drive or a coupler.
+    """Devices without programs, such as drives and couplers, need no choice of the user.
 
     Source: docs/how-to/projects.md.
     """
@@ -214,7 +231,9 @@ _METHOD = (
 
 
 def test_arguments_of_a_block_are_beside_its_variable(tmp_path: Path) -> None:
-    """The block gets 10 * 3 + (2 + 2) = 34.
+    """The project stores arguments of FB_Init beside the variable.
+
+    The block gets 10 * 3 + (2 + 2) = 34.
 
     Source: CODESYS help, Methods FB_Init, FB_Reinit and FB_Exit: additional parameters.
     """
@@ -233,7 +252,10 @@ def test_arguments_of_a_block_are_beside_its_variable(tmp_path: Path) -> None:
 
 
 def test_a_body_of_a_device_is_replaced(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """A file of the user replaces the statements of a POU on one device.
+
+    Source: docs/how-to/projects.md.
+    """
     own = tmp_path / "body.st"
     own.write_text("n := n + 7;\n", encoding="utf-8")
     files = source_files(_two(tmp_path), None, {"Count": own}, device="Oven")
@@ -243,7 +265,9 @@ def test_a_body_of_a_device_is_replaced(tmp_path: Path) -> None:
 
 
 def test_messages_on_a_replaced_pou_name_the_file_of_each_line(tmp_path: Path) -> None:
-    """The interface is in the project, and the statements are in the user's file.
+    """The project has the interface of a POU, and the user's file has its statements.
+
+    A message names the file of its line.
 
     Source: docs/how-to/projects.md.
     """
@@ -260,7 +284,9 @@ def test_messages_on_a_replaced_pou_name_the_file_of_each_line(tmp_path: Path) -
 
 
 def test_warnings_on_a_replaced_pou_name_the_file_of_each_line(tmp_path: Path) -> None:
-    """The variable in line 1 of the project has a name that is not portable.
+    """A warning names the file of its line.
+
+    The variable in line 1 of the project has a name that is not portable.
 
     Source: docs/reference/language.md, portable subset.
     """

@@ -27,14 +27,14 @@ def folder(tmp_path: Path) -> Path:
 
 @pytest.fixture
 def later(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Set the clock ten seconds ahead, so that all files count as old."""
+    """Set the clock ten seconds ahead. All files then count as old."""
     now = time.time_ns
     monkeypatch.setattr(time, "time_ns", lambda: now() + 10_000_000_000)
 
 
 @pytest.fixture
 def looked(monkeypatch: pytest.MonkeyPatch) -> list[str]:
-    """Return a list of the folders that are scanned."""
+    """Return a list that collects the folders that are scanned."""
     found: list[str] = []
     scan = os.scandir
 
@@ -67,7 +67,10 @@ def test_a_file_that_comes_or_goes_below_it_is_seen(folder: Path, looked: list[s
 
 
 def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list[str]) -> None:
-    """Two changes within a clock tick of the file system have the same time."""
+    """A folder that changed just now is scanned again.
+
+    Two changes within a clock tick have the same time.
+    """
     _names(folder)
     _names(folder)
     assert looked == ["plc", "below"] * 2
@@ -75,13 +78,17 @@ def test_a_folder_that_changed_just_now_is_read_again(folder: Path, looked: list
 
 @pytest.mark.usefixtures("later")
 def test_a_folder_with_an_older_time_is_read_again(folder: Path) -> None:
-    """A program that unpacks or copies a folder may restore older times."""
+    """A folder is scanned again if its time is older than before.
+
+    Programs that unpack or copy files restore older times.
+    """
     if os.name == "nt":
         pytest.skip("Windows has no time of the last change that a program cannot set")
     before = folder.stat()
     _names(folder)
     (folder / "c.st").touch()
-    while folder.stat().st_ctime_ns == before.st_ctime_ns:  # until the file system's clock advances
+    # wait until the file system's clock advances
+    while folder.stat().st_ctime_ns == before.st_ctime_ns:
         os.utime(folder, (_LONG_AGO, _LONG_AGO))
     os.utime(folder, (_LONG_AGO, _LONG_AGO))
     assert folder.stat().st_mtime_ns == before.st_mtime_ns
@@ -89,7 +96,9 @@ def test_a_folder_with_an_older_time_is_read_again(folder: Path) -> None:
 
 
 @pytest.mark.usefixtures("later")
-def test_the_same_name_may_be_elsewhere(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+def test_folders_with_the_same_relative_name_are_not_mixed_up(
+    folder: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
     other = folder.parent / "other/plc"
     other.mkdir(parents=True)
     (other / "d.st").touch()

@@ -48,7 +48,9 @@ def _refused(folder: Path, objects: dict[str, str]) -> str:
 def test_a_body_in_another_language_is_listed_and_the_rest_is_checked(
     language: str, shown: str, tmp_path: Path
 ) -> None:
-    """The only error is the misspelled `q` in MAIN; `On` is a BOOL.
+    """A graphical body is listed, and the rest of the project is checked.
+
+    The only error is the misspelled `q` in MAIN.
 
     Source: docs/how-to/projects.md.
     """
@@ -62,7 +64,9 @@ def test_a_body_in_another_language_is_listed_and_the_rest_is_checked(
 
 
 def test_a_program_runs_that_reads_the_block_but_does_not_call_it(tmp_path: Path) -> None:
-    """The output keeps its initial value.
+    """A program runs that only reads the graphical block.
+
+    The block's output keeps its initial value.
 
     Source: docs/how-to/projects.md.
     """
@@ -96,7 +100,9 @@ _WITH_METHOD = "FUNCTION_BLOCK {} {}\n---\n;\n"
 def test_a_program_that_calls_the_block_is_refused_by_its_name(
     variables: str, statements: str, tmp_path: Path
 ) -> None:
-    """The call may be direct, under a condition, or through a block, a reference or a method.
+    """A program that calls the graphical block is refused.
+
+    The call may be direct, under a condition, or through a block, a reference or a method.
 
     Source: docs/how-to/projects.md.
     """
@@ -134,7 +140,9 @@ _GRAPHICAL_METHOD = (
 
 @pytest.mark.parametrize("called", ["f.Fill();", "b.Fill();", "n := n + 1;"])
 def test_a_graphical_method_is_refused_if_it_can_be_called(called: str, tmp_path: Path) -> None:
-    """The call may also go through an interface that another block implements in ST.
+    """A graphical method is refused if a call can reach it.
+
+    The call may also go through an interface that another block implements in ST.
 
     Source: docs/how-to/projects.md.
     """
@@ -162,7 +170,10 @@ def test_a_graphical_method_is_refused_if_it_can_be_called(called: str, tmp_path
 
 
 def test_all_bodies_that_a_program_needs_are_in_one_message(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """One message names all needed bodies in other languages.
+
+    Source: docs/how-to/projects.md.
+    """
     bulb = _LAMP.replace("Lamp", "Bulb").format("CFC")
     main = _MAIN.format("  b : Bulb;", "l();\nb();\n")
     text = _refused(
@@ -172,13 +183,18 @@ def test_all_bodies_that_a_program_needs_are_in_one_message(tmp_path: Path) -> N
 
 
 def test_a_program_in_another_language_is_refused_by_its_name(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """A program with a graphical body is refused by its name.
+
+    Source: docs/how-to/projects.md.
+    """
     objects = {"MAIN.TcPOU": "PROGRAM MAIN\nVAR\n  n : INT;\nEND_VAR\n--- CFC\n"}
     assert _refused(tmp_path, objects).startswith("the body of MAIN is in Continuous Function")
 
 
 def test_an_export_refuses_a_body_in_another_language(tmp_path: Path) -> None:
-    """The export would contain an empty body, even though the block is not called.
+    """An export refuses a graphical body, even of a block that is not called.
+
+    The exported body would be empty.
 
     Source: docs/how-to/projects.md.
     """
@@ -189,7 +205,10 @@ def test_an_export_refuses_a_body_in_another_language(tmp_path: Path) -> None:
 
 
 def test_a_worker_process_knows_the_bodies_too(tmp_path: Path) -> None:
-    """Source: structured_text.farm: the sources are pickled."""
+    """Pickled sources still name the bodies that were not read.
+
+    Source: structured_text.farm: the sources are pickled.
+    """
     objects = {"Lamp.TcPOU": _LAMP.format("CFC"), "MAIN.TcPOU": _MAIN.format("", "")}
     files = source_files(written_project(tmp_path / "P", objects), None)
     copies = pickle.loads(pickle.dumps(files.own))

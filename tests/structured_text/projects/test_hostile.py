@@ -70,9 +70,9 @@ def _refused(file: Path) -> str:
     ],
 )
 def test_a_priority_is_a_number_up_to_65535(name: str, number: str, tmp_path: Path) -> None:
-    """IEC 61131-3 has unsigned priorities.
+    """A priority that is not a whole number from 0 to 65535 is refused.
 
-    Python's int() would accept some of these texts or crash.
+    Python's int() would accept some of these texts.
 
     Source: docs/reference/limits.md, files.
     """
@@ -87,7 +87,10 @@ def test_a_priority_is_a_number_up_to_65535(name: str, number: str, tmp_path: Pa
     ["ten", "-1", "nan", "inf", "1e400", "\u00b2", "0", "9" * 5_000, "9" * 17, f"0.{'1' * 50}"],
 )
 def test_an_interval_is_a_year_at_most(name: str, interval: str, tmp_path: Path) -> None:
-    """Source: docs/reference/limits.md, files."""
+    """A task interval that is not a duration above 0 and up to a year is refused.
+
+    Source: docs/reference/limits.md, files.
+    """
     text = _refused(_written(tmp_path, name, interval=interval))
     assert "the interval '" in text or "the cycle time of the task T [us] is '" in text
 
@@ -104,7 +107,10 @@ def test_a_periodic_task_of_logix_without_a_rate_is_not_a_continuous_one(tmp_pat
 def test_a_malformed_or_too_long_interval_in_plcopen_xml_is_refused(
     interval: str, tmp_path: Path
 ) -> None:
-    """Source: docs/reference/limits.md, files; ISO 8601, durations."""
+    """A wrong or too long interval is refused with its text.
+
+    Source: docs/reference/limits.md, files; ISO 8601, durations.
+    """
     assert "has the interval '" in _refused(_written(tmp_path, "a.xml", interval=interval))
 
 
@@ -118,7 +124,7 @@ def test_a_malformed_or_too_long_interval_in_plcopen_xml_is_refused(
     ],
 )
 def test_an_interval_keeps_all_its_digits(text: str, us: int, literal: str, tmp_path: Path) -> None:
-    """With six digits, the interval would be T#1234.57ms or T#2e+06ms.
+    """An interval keeps all its digits, and is not rounded to T#1234.57ms or T#2e+06ms.
 
     Source: IEC 61131-3, duration literals.
     """
@@ -128,13 +134,19 @@ def test_an_interval_keeps_all_its_digits(text: str, us: int, literal: str, tmp_
 
 @pytest.mark.parametrize("dimension", ["nan", "-5", "\u00b2", "9" * 5_000, "3.5", "3 x"])
 def test_a_dimension_of_a_tag_is_a_whole_number(dimension: str, tmp_path: Path) -> None:
-    """Source: docs/reference/limits.md, files."""
+    """A tag dimension that is not a whole number is refused with its line.
+
+    Source: docs/reference/limits.md, files.
+    """
     tag = f'<Tag Name="b" DataType="DINT" Dimensions="{dimension}"/>'
     assert "a.L5X:2: a dimension of b is '" in _refused(_written(tmp_path, "a.L5X", tags=tag))
 
 
 def test_whole_numbers_have_limits(tmp_path: Path) -> None:
-    """Source: docs/reference/limits.md, files."""
+    """`whole` accepts numbers within its limits, and names the limits in its error.
+
+    Source: docs/reference/limits.md, files.
+    """
     assert [whole(one, "it", 1, 9, tmp_path, 1) for one in ("1", " 9 ")] == [1, 9]
     for one in ("0", "10", ""):
         with pytest.raises(InputError, match="write a whole number from 1 to 9"):
@@ -149,7 +161,9 @@ def test_whole_numbers_have_limits(tmp_path: Path) -> None:
 def test_an_initial_value_that_is_no_number_is_left_out_with_a_note(
     value: str, kind: str, told: bool, tmp_path: Path
 ) -> None:
-    """Studio 5000 writes 1.#QNAN for a REAL that is NaN.
+    """An initial value that is not a number is left out with a note.
+
+    Studio 5000 writes 1.#QNAN for a REAL that is NaN.
 
     Source: docs/reference/limits.md, files.
     """
@@ -177,12 +191,18 @@ def _alias(name: str, target: str) -> str:
     ],
 )
 def test_an_alias_leads_to_a_tag(tags: str, told: str, tmp_path: Path) -> None:
-    """Source: Logix 5000 controllers I/O and tag data, 1756-PM004: alias tags."""
+    """An alias tag accesses the tag that it names.
+
+    Source: Logix 5000 controllers I/O and tag data, 1756-PM004: alias tags.
+    """
     assert told in _refused(_written(tmp_path, "a.L5X", tags=tags))
 
 
 def test_an_alias_of_a_controller_may_be_a_tag_of_a_program(tmp_path: Path) -> None:
-    """Source: Logix 5000 controllers I/O and tag data, 1756-PM004: scope of tags."""
+    """An alias tag of the controller may refer to a tag of a program.
+
+    Source: Logix 5000 controllers I/O and tag data, 1756-PM004: scope of tags.
+    """
     tags = '<Tag Name="b" DataType="DINT"/>' + _alias("a", "b") + _alias("c", "a")
     file = _written(tmp_path, "a.L5X", tags=tags, code="a := c;")
     sources = project_sources([file], {})
@@ -192,7 +212,10 @@ def test_an_alias_of_a_controller_may_be_a_tag_of_a_program(tmp_path: Path) -> N
 @pytest.mark.exhaustive(but=["code1"])
 @pytest.mark.parametrize("code", ["a := " + "(" * 9_000 + "a", "a := " + "9" * 5_000 + ";"])
 def test_unreadable_statements_of_logix_are_reported(code: str, tmp_path: Path) -> None:
-    """Source: docs/reference/limits.md, programs."""
+    """Statements in an L5X file that cannot be read are reported with their line.
+
+    Source: docs/reference/limits.md, programs.
+    """
     file = _written(tmp_path, "a.L5X", code=code)
     with pytest.raises(InputError, match="the body of Own") as caught:
         project_sources([file], {})
@@ -206,7 +229,7 @@ def test_unreadable_statements_of_logix_are_reported(code: str, tmp_path: Path) 
     "encoding", ["Shift_JIS", "EUC-JP", "ISO-2022-JP", "GB2312", "GBK", "GB18030", "Big5", "utf-16"]
 )
 def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_path: Path) -> None:
-    """Many projects for these robots come from Japan.
+    """Project files in Japanese and Chinese are read with the encoding of their XML header.
 
     Source: docs/reference/limits.md, files.
     """
@@ -234,7 +257,10 @@ def test_projects_of_east_asia_are_read_in_their_encoding(encoding: str, tmp_pat
     ],
 )
 def test_a_wrong_encoding_has_its_line(content: bytes, told: str, tmp_path: Path) -> None:
-    """Source: docs/reference/limits.md, files."""
+    """An unknown encoding, or a byte that does not fit it, is reported with its line.
+
+    Source: docs/reference/limits.md, files.
+    """
     file = tmp_path / "a.xml"
     file.write_bytes(content)
     assert told in _refused(file)

@@ -28,9 +28,9 @@ def _said(files: SourceFiles) -> list[str]:
 
 
 def test_a_library_that_is_not_read_is_one_message(tmp_path: Path) -> None:
-    """The program uses two names of Tc2_Utilities in three places.
+    """The program uses two names of the missing library Tc2_Utilities in three places.
 
-    Its own error is still reported.
+    This gives one message, and the program's own error is reported, too.
 
     Source: Beckhoff Information System, PLC Library Tc2_Utilities: both blocks.
     """
@@ -62,7 +62,9 @@ def test_a_library_that_is_not_read_is_one_message(tmp_path: Path) -> None:
 def test_an_unknown_name_may_be_of_an_unknown_library(
     libraries: dict[str, str], said: str, tmp_path: Path
 ) -> None:
-    """If the project refers to no library, the message assumes a misspelled name.
+    """An unknown name may be from a missing library if the project refers to libraries.
+
+    Otherwise the message assumes a misspelled name.
 
     Source: docs/how-to/projects.md.
     """
@@ -72,7 +74,10 @@ def test_an_unknown_name_may_be_of_an_unknown_library(
 
 
 def test_a_namespace_names_its_library(tmp_path: Path) -> None:
-    """Source: Beckhoff Information System, TwinCAT 3 PLC: library reference, Namespace."""
+    """The message about a missing name gives the library of its namespace.
+
+    Source: Beckhoff Information System, TwinCAT 3 PLC: library reference, Namespace.
+    """
     objects = {"MAIN.TcPOU": _program("  a, b : Vlv.Valve;\n  c : Vlv.Pump;", ";")}
     libraries = {"Valves and Pumps": "Vlv", "Others": "O"}
     project = written_project(tmp_path / "P", objects, libraries=libraries)
@@ -81,7 +86,7 @@ def test_a_namespace_names_its_library(tmp_path: Path) -> None:
 
 
 def test_a_name_that_the_project_declares_is_not_missing(tmp_path: Path) -> None:
-    """The error is in the declaration of that name.
+    """A name whose declaration has an error is not treated as missing.
 
     Source: docs/how-to/projects.md.
     """
@@ -94,7 +99,10 @@ def test_a_name_that_the_project_declares_is_not_missing(tmp_path: Path) -> None
 
 
 def test_the_libraries_of_some_names_are_known() -> None:
-    """Source: Beckhoff Information System and CODESYS help: the contents of the libraries."""
+    """`libraries_of` returns the libraries that contain a well-known name.
+
+    Source: Beckhoff Information System and CODESYS help: the contents of the libraries.
+    """
     assert libraries_of("MC_Power") == ["Tc2_MC2", "SM3_Basic"]
     assert libraries_of("AXIS_REF") == ["Tc2_MC2"]
     assert libraries_of("BLINK") == ["Util"]
@@ -105,7 +113,9 @@ def test_the_libraries_of_some_names_are_known() -> None:
 
 
 def test_an_export_of_codesys_names_its_libraries(tmp_path: Path) -> None:
-    """References are not noted, because CODESYS adds many, and system libraries are left out.
+    """The libraries of a CODESYS export are known by name.
+
+    There are no notes about them, because CODESYS adds many.
 
     Source: an export of CODESYS: the element Libraries of an application.
     """
@@ -126,7 +136,10 @@ def test_an_export_of_codesys_names_its_libraries(tmp_path: Path) -> None:
 
 
 def test_many_unread_libraries_are_counted(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """If no library is read, the message gives their number instead of their names.
+
+    Source: docs/how-to/projects.md.
+    """
     libraries = {f"Lib{number}": f"L{number}" for number in range(12)}
     objects = {"MAIN.TcPOU": _program("  a : Valve;", ";")}
     files = source_files(written_project(tmp_path / "P", objects, libraries=libraries), None)
@@ -135,7 +148,9 @@ def test_many_unread_libraries_are_counted(tmp_path: Path) -> None:
 
 
 def test_the_use_of_a_variable_of_a_missing_type_is_not_another_error(tmp_path: Path) -> None:
-    """The test uses calls, methods and members of local variables, and variables of a list.
+    """A variable with a missing type gives one error.
+
+    Its calls, methods and members give no further errors.
 
     Source: docs/how-to/projects.md.
     """
@@ -169,7 +184,9 @@ def _stubs(folder: Path, objects: dict[str, str], libraries: dict[str, str]) -> 
 
 
 def test_a_block_has_the_pins_that_the_program_uses(tmp_path: Path) -> None:
-    """The types come from the arguments, the target, and the place where an output is read.
+    """The inferred block has the pins that the program uses.
+
+    Types come from arguments and from targets of outputs.
 
     Source: docs/how-to/projects.md.
     """
@@ -201,7 +218,10 @@ END_FUNCTION_BLOCK
 
 
 def test_structures_enumerations_functions_and_lists_are_told_apart(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """The use of unknown names shows their kinds: structure, enumeration, function or list.
+
+    Source: docs/how-to/projects.md.
+    """
     variables = "  p : ST_Point;\n  q : ARRAY[1..2] OF ST_Point;\n  m : E_Mode;\n  x : LREAL;"
     variables += "\n  n : INT;\n  name : T_MaxString;"
     statements = (
@@ -229,7 +249,7 @@ def test_structures_enumerations_functions_and_lists_are_told_apart(tmp_path: Pa
 
 
 def test_a_base_block_has_what_the_derived_block_takes_from_it(tmp_path: Path) -> None:
-    """The base gets the methods, with and without a result, and the variables that are used.
+    """The inferred base block gets the methods and variables that the derived block uses.
 
     Source: docs/how-to/projects.md.
     """
@@ -275,7 +295,10 @@ def test_members_arrays_and_pointers_of_a_library_have_types(tmp_path: Path) -> 
 
 
 def test_a_namespace_of_a_library_is_declared(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """The inferred interfaces include the namespace of the library.
+
+    Source: docs/how-to/projects.md.
+    """
     variables = "  v : Vlv.Valve;\n  n : INT;"
     objects = {"MAIN.TcPOU": _program(variables, "v(Open := TRUE);\nn := v.Count;")}
     texts = _stubs(tmp_path, objects, {"Valves": "Vlv"})
@@ -283,7 +306,9 @@ def test_a_namespace_of_a_library_is_declared(tmp_path: Path) -> None:
 
 
 def test_an_input_that_gets_values_of_several_types_is_an_any(tmp_path: Path) -> None:
-    """A type that takes all values is preferred: an LREAL takes an INT and a REAL.
+    """An input with values of several types gets a type that takes them all, else ANY.
+
+    For INT and REAL the type is LREAL.
 
     Source: docs/how-to/projects.md.
     """
@@ -301,7 +326,9 @@ def test_an_input_that_gets_values_of_several_types_is_an_any(tmp_path: Path) ->
 
 
 def test_arguments_of_declarations_and_constants_of_lists_are_inferred(tmp_path: Path) -> None:
-    """The block is in a method, whose VAR_INST are variables of its block.
+    """Arguments of FB_Init, and constants of lists, are inferred from declarations.
+
+    The block is in the VAR_INST of a method.
 
     Source: CODESYS help, method FB_Init: its parameters, and VAR_INST.
     """
@@ -320,7 +347,10 @@ def test_arguments_of_declarations_and_constants_of_lists_are_inferred(tmp_path:
 
 
 def test_members_and_fields_are_inferred_from_initial_values_of_arrays(tmp_path: Path) -> None:
-    """Source: CODESYS help, array initialisation; docs/how-to/projects.md."""
+    """The initial values of an array show the fields of an unknown structure.
+
+    Source: CODESYS help, array initialisation; docs/how-to/projects.md.
+    """
     variables = (
         "  kinds : ARRAY[0..1] OF Kind := [Kind.None, Kind.Some];\n"
         "  table : ARRAY[0..1] OF Entry := [(Name := 'a', Number := 1), (Name := 'b')];"
@@ -344,7 +374,9 @@ def test_nothing_is_inferred_if_nothing_is_missing(tmp_path: Path) -> None:
 
 
 def test_stubs_are_sources_that_can_be_read(tmp_path: Path) -> None:
-    """The header is a comment that names the command.
+    """The written stubs are sources that can be compiled.
+
+    Their header is a comment that names the command.
 
     Source: docs/how-to/projects.md.
     """

@@ -55,7 +55,10 @@ END_ORGANIZATION_BLOCK
 def test_a_constant_takes_the_type_of_its_place(
     tmp_path: Path, build: Callable[..., BuiltinProgram]
 ) -> None:
-    """Source: SCL for S7-300/S7-400, A5E00324650, constants; values by hand."""
+    """A constant of CONST takes the type that its use requires.
+
+    Source: SCL for S7-300/S7-400, A5E00324650, constants; values by hand.
+    """
     file = tmp_path / "source.scl"
     file.write_text(_SOURCE, encoding="utf-8")
     program = build(*st_texts(read_scl(file)).values())

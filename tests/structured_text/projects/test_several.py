@@ -56,9 +56,10 @@ def _projects(folder: Path) -> list[Path]:
 
 @pytest.mark.parametrize("order", [1, -1])
 def test_a_library_is_found_by_its_namespace(order: int, tmp_path: Path) -> None:
-    """Both projects have a block, a list, a program and a task of the same name.
+    """A name with the library's namespace means the declaration in the library.
 
-    In two scans a is 3 and 6; b is 3 + 100, then 103 + 3 + 100.
+    Both projects have a block, a list, a program and a task of the same name. In two scans, a is 3
+    and 6, and b is 103 and 206.
 
     Source: Beckhoff Information System, TwinCAT 3 PLC: library reference, Namespace.
     """
@@ -71,7 +72,10 @@ def test_a_library_is_found_by_its_namespace(order: int, tmp_path: Path) -> None
 
 
 def test_only_the_libraries_that_are_not_given_are_noted(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """A note names only the libraries that the user has not given.
+
+    Source: docs/how-to/projects.md.
+    """
     machine, library = _projects(tmp_path)
     notes = project_sources([machine, library], {}).notes
     assert [note.rpartition(":")[2].strip() for note in notes] == [
@@ -86,7 +90,10 @@ def test_only_the_libraries_that_are_not_given_are_noted(tmp_path: Path) -> None
 
 
 def test_two_projects_that_do_not_refer_to_each_other_are_two_programs(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """Two independent projects are refused, because they are two programs.
+
+    Source: docs/how-to/projects.md.
+    """
     one = written_project(tmp_path / "One", {"MAIN.TcPOU": "PROGRAM MAIN\n---\n;\n"})
     two = written_project(tmp_path / "Two", {"PRG.TcPOU": "PROGRAM PRG\n---\n;\n"})
     _, errors = analyse(project_sources([one, two], {}).paths)
@@ -94,7 +101,10 @@ def test_two_projects_that_do_not_refer_to_each_other_are_two_programs(tmp_path:
 
 
 def test_a_library_without_a_namespace_is_known_by_its_title(tmp_path: Path) -> None:
-    """Source: Beckhoff Information System, TwinCAT 3 PLC: project properties, Common."""
+    """The title of a library is its namespace if the project gives no other.
+
+    Source: Beckhoff Information System, TwinCAT 3 PLC: project properties, Common.
+    """
     library = written_project(tmp_path / "Library", _LIBRARY, "<Title>Parts</Title>")
     body = "PROGRAM MAIN\nVAR\n  a : PARTS.Counter;\nEND_VAR\n---\na();\n"
     machine = written_project(tmp_path / "Machine", {"MAIN.TcPOU": body}, libraries={"Parts": ""})
@@ -114,7 +124,9 @@ def test_a_library_without_a_namespace_is_known_by_its_title(tmp_path: Path) -> 
 def test_a_name_with_an_unknown_namespace_is_not_the_block_itself(
     text: str, tmp_path: Path
 ) -> None:
-    """There is a single message. "Recursion is not supported" would be wrong.
+    """A name with an unknown namespace gives one message.
+
+    It is not taken for the block itself, which would be a recursion.
 
     Source: IEC 61131-3, 3rd edition, 6.9: namespaces.
     """
@@ -127,7 +139,10 @@ def test_a_name_with_an_unknown_namespace_is_not_the_block_itself(
 
 
 def test_an_unknown_namespace_is_not_that_of_another_project(tmp_path: Path) -> None:
-    """Source: docs/how-to/projects.md."""
+    """An unknown namespace is an error, even if another project has the name.
+
+    Source: docs/how-to/projects.md.
+    """
     library = written_project(tmp_path / "Library", _LIBRARY, task=False)
     body = "PROGRAM MAIN2\nVAR\n  a : Other.Counter;\nEND_VAR\n---\na();\n"
     machine = written_project(tmp_path / "Machine", {"MAIN2.TcPOU": body}, task=False)
@@ -136,9 +151,9 @@ def test_an_unknown_namespace_is_not_that_of_another_project(tmp_path: Path) -> 
 
 
 def test_a_library_that_no_other_project_names_keeps_its_own_elements(tmp_path: Path) -> None:
-    """Both libraries have a block and a variable `Space`; the machine uses one of them.
+    """Two libraries have a block `Space`, and the machine uses one of them.
 
-    The type of the variable `Space` in `Reader` is the library's own block.
+    In each library, the type `Space` means the library's own block.
 
     Source: Beckhoff Information System, TwinCAT 3 PLC: library reference, Namespace.
     """

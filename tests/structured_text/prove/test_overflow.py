@@ -21,7 +21,10 @@ def _exact(op: str, left: int, right: int) -> int:
 @pytest.mark.parametrize("op", ["+", "-", "*"])
 @pytest.mark.parametrize("known", ["both", "left", "right", "none"])
 def test_arithmetic_that_leaves_8_bits_is_found(kind: str, op: str, known: str) -> None:
-    """The test compares with unlimited integers. IEC 61131-3, table 10, has the ranges."""
+    """A result outside of the 8-bit type is detected for all operands.
+
+    The test compares with unlimited integers. IEC 61131-3, table 10, has the ranges.
+    """
     least, most = (-128, 127) if kind == "SINT" else (0, 255)
     a, b = z3.BitVec("a", 8), z3.BitVec("b", 8)
     for left, right in product(_EDGES[kind], repeat=2):
@@ -38,7 +41,9 @@ def test_arithmetic_that_leaves_8_bits_is_found(kind: str, op: str, known: str) 
     ("op", "left", "right", "leaves"),
     [("/", -128, -1, True), ("/", -127, -1, False), ("MOD", -128, -1, True), ("/", -128, 2, False)],
 )
-def test_only_the_lowest_by_minus_1_leaves(op: str, left: int, right: int, leaves: bool) -> None:
+def test_only_the_lowest_value_divided_by_minus_1_overflows(
+    op: str, left: int, right: int, leaves: bool
+) -> None:
     kind = ELEMENTARY["SINT"]
     assert overflow.arithmetic(op, left, right, kind, overflow.NANOSECONDS) is leaves
 
@@ -59,7 +64,7 @@ def test_only_the_lowest_by_minus_1_leaves(op: str, left: int, right: int, leave
         ("INT", "DINT", -1, False),
     ],
 )
-def test_a_conversion_that_loses_something(
+def test_a_conversion_that_loses_a_value_is_found(
     source: str, target: str, value: int, leaves: bool
 ) -> None:
     kinds = ELEMENTARY[source], ELEMENTARY[target]

@@ -29,7 +29,9 @@ END_PROGRAM
 
 @pytest.mark.exhaustive
 def test_without_the_plugin_of_the_harness_coverage_is_counted(pytester: pytest.Pytester) -> None:
-    """The assignment and the IF are executed, which are two of three statements.
+    """The toolkit's plugin counts coverage without the plugin of rcx_harness.
+
+    Two of three statements are executed, the IF and one assignment.
 
     Source: docs/how-to/testing.md.
     """
@@ -40,8 +42,11 @@ def test_without_the_plugin_of_the_harness_coverage_is_counted(pytester: pytest.
     result.stdout.fnmatch_lines([f"*{COMMAND} coverage*", "*Main.st*2*3*"])
 
 
-def test_without_it_a_misspelt_key_is_refused(pytester: pytest.Pytester) -> None:
-    """Source: docs/how-to/testing.md, the settings."""
+def test_without_the_harness_a_misspelt_setting_is_refused(pytester: pytest.Pytester) -> None:
+    """The toolkit's plugin alone refuses a misspelt setting and proposes the right name.
+
+    Source: docs/how-to/testing.md, the settings.
+    """
     pytester.makeini(f"[pytest]\n{COMMAND}_coverag = true\n")
     result = pytester.runpytest_subprocess(*_ALONE)
     assert result.ret == pytest.ExitCode.USAGE_ERROR

@@ -32,7 +32,7 @@ from typing import Any
 
 
 class _Seen(ModuleType):
-    """A standard module as the modules of the packages see it."""
+    """A standard module that lacks the names that Windows lacks. Some names are stand-ins."""
 
     def __init__(self, real: ModuleType, hidden: Sequence[str], instead: Mapping[str, Any]) -> None:
         super().__init__(real.__name__)
@@ -52,17 +52,17 @@ class _Socket(socket.socket):
     def bind(self, address: Any) -> None:
         host = ipaddress.ip_address(address[0] or "0.0.0.0")
         if host.is_multicast or host.packed[-1] == 0xFF:
-            raise OSError("Windows binds to addresses of its own alone")
+            raise OSError("Windows binds a socket only to an address of its own")
         super().bind(address)
 
 
 def _select(*some: Any) -> Any:
     if not any(some[:3]):
-        raise OSError("Windows waits for nothing, if there is no socket")
+        raise OSError("on Windows, select needs at least one socket")
     for one in [one for each in some[:3] for one in each]:
         number = one if isinstance(one, int) else one.fileno()
         if not os.readlink(f"/proc/self/fd/{number}").startswith("socket:"):
-            raise OSError("Windows waits for sockets alone")
+            raise OSError("on Windows, select accepts only sockets")
     return select.select(*some)
 
 
@@ -97,7 +97,7 @@ class _Tagged(mmap.mmap):
             self.made = ""
 
 
-#: Packages that see Windows.
+#: Packages for which Python looks like Windows.
 _PACKAGES = ("rcx_harness", "structured_text")
 
 _STAND_INS: dict[str, dict[str, Any]] = {
@@ -155,9 +155,9 @@ def _check_closed(path: Any) -> None:
         except OSError:
             continue
         if used == place:
-            raise PermissionError(13, "Windows removes no open file", place)
+            raise PermissionError(13, "Windows does not remove an open file", place)
     if place in Path("/proc/self/maps").read_text(encoding="utf-8"):
-        raise PermissionError(13, "Windows removes no loaded file", place)
+        raise PermissionError(13, "Windows does not remove a loaded file", place)
 
 
 def _no_signals(*_: Any) -> None:

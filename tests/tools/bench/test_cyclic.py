@@ -1,4 +1,4 @@
-"""The cyclic bench has a plan of runs, and starts its processes in order."""
+"""The benchmark of cyclic I/O has a plan of runs, and starts its processes in order."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ from rcx_tools.bench.cyclic import Case, Run, cases, measure
 from rcx_tools.bench.figure import Options
 
 
-def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_flood() -> None:
+def test_every_interval_and_number_of_controllers_is_run_with_and_without_a_flood() -> None:
     """Source: docs/explanation/timing.md: 10, 5, 2 and 1 ms; 1 and 16 controllers."""
     planned = [case for case in cases(Options()) if not case.ordinary]
     assert [(case.rpi_us, case.controllers) for case in planned[::2]] == [
@@ -23,19 +23,19 @@ def test_every_interval_and_number_of_controllers_runs_alone_and_then_under_a_fl
     assert not any(case.flooded for case in planned[::2])
 
 
-def test_the_shortest_intervals_run_without_priority_too() -> None:
+def test_the_shortest_intervals_are_also_run_without_priority() -> None:
     """Source: docs/explanation/timing.md: 2 and 1 ms, one controller."""
     ordinary = [case for case in cases(Options()) if case.ordinary]
     assert ordinary == [Case(2_000, 1, False, True), Case(1_000, 1, False, True)]
     assert [case.name for case in ordinary] == ["cyclic_2ms_ordinary", "cyclic_1ms_ordinary"]
 
 
-def test_one_controller_is_enough_to_see_that_it_works() -> None:
+def test_the_quick_plan_has_one_controller() -> None:
     """Source: make bench MORE=--quick: small samples."""
     assert {case.controllers for case in cases(Options(quick=True))} == {1}
 
 
-def test_a_line_tells_of_each_run(
+def test_each_run_prints_a_line(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Source: docs/explanation/timing.md: long work shows progress."""
@@ -68,8 +68,10 @@ def test_a_line_tells_of_each_run(
     }  # fmt: skip
 
 
-def test_all_processes_are_there_before_the_first_packet(monkeypatch: pytest.MonkeyPatch) -> None:
-    """All processes start before the first packet, because packets would delay their start.
+def test_all_processes_have_started_before_the_first_packet(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """All processes have started before the first packet, because packets would delay their start.
 
     Source: sched(7): a process with SCHED_FIFO runs until it waits.
     """

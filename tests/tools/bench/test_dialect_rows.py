@@ -1,4 +1,4 @@
-"""Rows of the table of dialects: the built-in engine and matiec agree where both can run them."""
+"""The built-in engine and matiec agree in each row of the dialect table that both can run."""
 
 from __future__ import annotations
 
@@ -18,8 +18,10 @@ from structured_text.language.load import load
 from structured_text.language.source import in_dialect
 
 
-def test_every_row_of_matiec_itself_is_compared_except_the_pace_of_tasks() -> None:
-    """A program without a task is the only rule that matiec cannot run.
+def test_every_row_of_the_matiec_dialect_is_compared_except_the_interval_of_tasks() -> None:
+    """Every row of the matiec dialect is compared, except the interval of a program without a task.
+
+    This is the only rule that matiec cannot run.
 
     Source: language/dialects.toml.
     """
@@ -53,10 +55,12 @@ def test_both_engines_agree_on_random_calls_of_each_row(matiec: Matiec) -> None:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("rule", "value"), [("counters", "type"), ("time_unit", "ms")])
-def test_a_row_that_matiec_does_not_compute_differs(
+def test_a_row_that_matiec_computes_differently_is_reported(
     matiec: Matiec, monkeypatch: pytest.MonkeyPatch, rule: str, value: str
 ) -> None:
-    """Counters and TIME are compared with rules of other dialects, so the comparison must fail.
+    """A row that matiec computes differently is reported.
+
+    Counters and TIME are compared with rules of other dialects, so the comparison must fail.
 
     Source: language/dialects.toml; engines/matiec/faults.toml.
     """

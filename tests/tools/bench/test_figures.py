@@ -1,4 +1,4 @@
-"""The bench calculates and reports its figures; only `make bench` measures."""
+"""The benchmark calculates and reports its figures. Only `make bench` measures."""
 
 from __future__ import annotations
 
@@ -53,8 +53,8 @@ def test_under_a_flood_the_rate_is_compared_with_the_quiet_run() -> None:
     assert figures(good, _QUIET)["cyclic_2ms_flood_missing"].met
 
 
-def test_without_priority_it_misses_no_more_than_a_bare_timer_and_is_hardly_later() -> None:
-    """Source: timing.md: at 2 ms p99 within 1.1 of the timer's, no more missing."""
+def test_without_priority_the_loop_is_nearly_as_punctual_as_a_bare_timer() -> None:
+    """Source: timing.md: at 2 ms, p99 is at most 1.1 times the p99 of the bare timer."""
     case = Case(2_000, 1, flooded=False, ordinary=True)
     good = figures(Run(case, 60.0, 59_000, 60_000.0, 3, 1_999, 2_300, 2_100, 3, 25.0), None)
     bad = figures(Run(case, 60.0, 59_000, 60_000.0, 4, 1_999, 2_320, 2_100, 3, 25.0), None)
@@ -89,7 +89,7 @@ def test_below_the_promised_interval_figures_are_shown_without_a_target() -> Non
     assert all(one.target == "none" and one.met for one in found.values())
 
 
-def test_limits_belong_to_what_meets_them() -> None:
+def test_limits_are_compared_with_the_right_figures() -> None:
     """Source: docs/explanation/timing.md: targets beside figures."""
     assert at_least(40.0, "x", 40).met
     assert not at_least(39.9, "x", 40).met
@@ -99,8 +99,8 @@ def test_limits_belong_to_what_meets_them() -> None:
     assert as_table({"a": at_most(1, "scans", 0)}).row_count == 1
 
 
-def test_what_is_named_out_of_reach_is_not_missed() -> None:
-    """Source: docs/explanation/timing.md: it is listed apart."""
+def test_a_target_out_of_reach_does_not_count_as_missed() -> None:
+    """Source: docs/explanation/timing.md: targets out of reach are listed separately."""
     beyond = at_least(1, "x", 2, "peer" + OUT_OF_REACH)
     assert not beyond.met
     assert not beyond.missed
@@ -115,11 +115,11 @@ def test_what_is_named_out_of_reach_is_not_missed() -> None:
     ("near", "far", "code"), [(1, 2, 0), (0, 2, 1), (1, 0, 1), (0, 0, 1)],
     ids=["all met", "one missed", "one out of reach", "neither"],
 )  # fmt: skip
-def test_the_bench_ends_with_1_where_a_target_is_not_met(
+def test_the_benchmark_ends_with_1_if_a_target_is_not_met(
     near: float, far: float, code: int, monkeypatch: pytest.MonkeyPatch, tmp_path: Path,
     capsys: pytest.CaptureFixture[str],
 ) -> None:  # fmt: skip
-    """Source: the head of rcx_tools/bench/__main__.py; what is out of reach is listed apart."""
+    """Source: head of rcx_tools/bench/__main__.py; targets out of reach are listed separately."""
     monkeypatch.chdir(tmp_path)
     found = {"far": at_least(far, "x", 2, OUT_OF_REACH), "near": at_least(near, "x", 1)}
     monkeypatch.setattr("rcx_tools.bench.sizes.measure", lambda _: found)
@@ -140,7 +140,7 @@ def test_the_file_keeps_the_figures_of_other_points(tmp_path: Path) -> None:
     }
 
 
-def test_a_damaged_file_is_written_anew(tmp_path: Path) -> None:
+def test_a_damaged_file_is_replaced(tmp_path: Path) -> None:
     """Source: docs/explanation/timing.md: out/bench.json."""
     file = tmp_path / "bench.json"
     for damaged in ("{", "[1]"):
@@ -163,14 +163,16 @@ def test_every_point_can_be_measured(point: str) -> None:
     assert callable(import_module(f"rcx_tools.bench.{point}").measure)
 
 
-def test_an_unknown_point_is_named_with_those_there_are(capsys: pytest.CaptureFixture[str]) -> None:
+def test_an_unknown_point_is_reported_with_the_known_points(
+    capsys: pytest.CaptureFixture[str],
+) -> None:
     """Source: the Makefile: make bench ONLY=point."""
     assert main(["--only", "handshakes"]) == 2
     said = " ".join(capsys.readouterr().err.split())
     assert "there is no point 'handshakes' to measure; handshake, sizes" in said
 
 
-def test_a_wrong_duration_is_told_in_one_message(capsys: pytest.CaptureFixture[str]) -> None:
+def test_a_wrong_duration_gives_one_message(capsys: pytest.CaptureFixture[str]) -> None:
     """Source: the Makefile: make bench FOR=10s."""
     assert main(["--for", "soon"]) == 2
     assert "'soon' is not a duration" in capsys.readouterr().err
@@ -191,7 +193,7 @@ def test_results_of_tests_are_read_as_pytest_writes_them(tmp_path: Path) -> None
     ]
 
 
-def test_a_process_that_ends_at_its_start_is_told() -> None:
+def test_a_process_that_ends_at_its_start_is_reported() -> None:
     """Source: docs/explanation/timing.md: the page names missing figures."""
     said = pytest.raises(InputError, match="has ended at its start")
     with running("rcx_tools.bench.peer_that_is_not", []) as process, said:

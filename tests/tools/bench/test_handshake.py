@@ -1,4 +1,4 @@
-"""Handshakes need no scan more than the minimum of timing.md; `make bench` tries the whole grid."""
+"""Handshakes take the minimum of scans in timing.md. `make bench` tests all combinations."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ from rcx_tools.bench.handshake import Case, grid, simulate_command, simulate_seq
 from rcx_tools.bench.minimum import Clocks, command, sequence
 
 _PAGE = Path(__file__).resolve().parents[3] / "docs/explanation/timing.md"
-#: Numbers without a common divisor, and the ends of the ranges.
+#: Times without a common divisor, and the limits of the ranges.
 _GRID = grid((1, 7, 20), (1, 13, 100), (0, 7))
 
 
 def _printed() -> list[list[int]]:
-    """Return all whole numbers in each line of the page's worked examples."""
+    """Return the whole numbers in each line of the worked examples of the page."""
     lines = re.findall(r"^\| \d+ ms .*$", _PAGE.read_text(encoding="utf-8"), re.MULTILINE)
     return [[int(number) for number in re.findall(r"\d+", line)] for line in lines]
 
 
 @pytest.mark.parametrize("line", _printed(), ids=lambda line: f"{line[0]} ms, RPI {line[1]} ms")
-def test_formula_and_blocks_take_what_the_page_prints(line: list[int]) -> None:
-    """The page's times are the fewest possible, and the blocks take no longer.
+def test_formula_and_blocks_take_the_scans_that_the_page_prints(line: list[int]) -> None:
+    """Formula and blocks take the scans that the page prints, which are the minimum.
 
     Done is counted in scans from Execute, the next code in scans from Done.
 
@@ -54,8 +54,10 @@ def test_a_command_and_its_successor_take_the_fewest_scans_possible(case: Case) 
 
 
 @pytest.mark.parametrize("case", grid((3, 20), (7, 50), (0,)), ids=str)
-def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> None:
-    """The sequence has alarm reset, servo ON, program reset and start, one after the other.
+def test_sequences_wait_only_for_the_controller_and_the_interval(case: Case) -> None:
+    """Sequences wait only for the controller and for the interval.
+
+    The sequence has alarm reset, servo ON, program reset and start, one after the other.
 
     Source: docs/explanation/timing.md; manual chapter 5, 3.
     """
@@ -63,8 +65,10 @@ def test_sequences_wait_for_the_controller_and_the_interval_only(case: Case) -> 
     assert found.took == found.minimum
 
 
-def test_a_packet_that_leaves_with_the_scan_is_too_early_for_its_outputs() -> None:
-    """With all clocks at 10 ms, outputs written at 10 are sent at 20 and seen in the cycle at 25.
+def test_a_packet_sent_at_the_time_of_a_scan_has_no_outputs_of_this_scan() -> None:
+    """A packet that leaves at the time of a scan does not contain the outputs of this scan.
+
+    With all clocks at 10 ms, outputs written at 10 are sent at 20 and read in the cycle at 25.
 
     Source: docs/explanation/timing.md, three clocks.
     """
@@ -75,9 +79,9 @@ def test_a_packet_that_leaves_with_the_scan_is_too_early_for_its_outputs() -> No
 
 
 def test_phases_move_each_clock() -> None:
-    """Packets leave at 1, 11, ... and cycles run at 2, 7, 12.
+    """A phase moves each clock: packets leave at 1, 11, ... and cycles run at 2, 7, 12.
 
-    Outputs written at 3 are seen at 12.
+    Outputs written at 3 are read at 12.
 
     Source: docs/explanation/timing.md, three clocks.
     """
@@ -104,12 +108,11 @@ def test_the_bounds_of_the_page_hold() -> None:
         assert least.following - least.done < 2 * scan + 2 * rpi + 5_000 + rounded
 
 
-def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
-    """Changes are 120 ms apart.
+def test_an_input_turns_off_after_its_answer_and_the_interval() -> None:
+    """An input turns OFF after its answer and after the interval of 120 ms.
 
-    With an answer at 40 the input is OFF at 120 and ON again at 240.
-
-    With a late answer it is OFF at once.
+    With an answer at 40, it turns OFF at 120 and ON again at 240. With a late answer, it turns OFF
+    at once.
 
     Source: docs/explanation/timing.md, dedicated inputs; manual chapter 5, 3.
     """
@@ -119,10 +122,10 @@ def test_an_input_goes_off_when_interval_and_answer_allow_it() -> None:
     assert (second.on, second.done, second.off) == (240_000, 460_000, 460_000)
 
 
-def test_a_library_that_needs_a_scan_more_is_found(
+def test_a_library_that_needs_one_more_scan_is_detected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The library under test delays a handshake by a scan between two commands.
+    """The benchmark detects a library that needs one scan more between two commands.
 
     Source: docs/explanation/timing.md: extra scans 0, and the bench would see one.
     """

@@ -1,4 +1,4 @@
-"""The share of accepted files of a library is counted by file, with the reason of each refusal."""
+"""The accepted files of a library are counted, with the reason of each refused file."""
 
 from __future__ import annotations
 

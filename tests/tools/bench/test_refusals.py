@@ -1,4 +1,4 @@
-"""Refused files have a kind: a gap of the front end, a missing library, or another reason."""
+"""Refused files are classified: a gap of the front end, a missing library, or another reason."""
 
 from __future__ import annotations
 
@@ -46,10 +46,10 @@ def test_an_unknown_name_is_a_missing_library_only_with_a_declared_reference(
 @pytest.mark.parametrize(
     "body",
     [
-        "VAR A : INT; END_VAR\nA := TRUE;",  # no unknown name: no library is missing
+        "VAR A : INT; END_VAR\nA := TRUE;",  # no name is unknown
         "VAR A : INT; END_VAR\nA := TO_INT(X := 1);",
-        "VAR A : ARRAY [1..N] OF INT; N : INT; END_VAR\n;",  # a variable in place of a constant
-        "VAR A : INT; END_VAR\n__DELETE(A);",  # a name of the language, which no library declares
+        "VAR A : ARRAY [1..N] OF INT; N : INT; END_VAR\n;",  # a variable, not a constant
+        "VAR A : INT; END_VAR\n__DELETE(A);",  # a keyword of the language
     ],
 )
 def test_everything_else_is_a_gap_also_beside_a_reference(body: str, tmp_path: Path) -> None:
@@ -73,8 +73,11 @@ def test_a_file_with_a_gap_and_a_missing_library_counts_as_a_gap(tmp_path: Path)
     assert _kinds(found) == {"FB_B": Kind.GAP}
 
 
-def test_what_follows_from_another_declaration_has_its_kind(tmp_path: Path) -> None:
-    """FB_C and FB_E use blocks that are refused, and have no error of their own."""
+def test_an_error_that_follows_from_another_declaration_is_classified(tmp_path: Path) -> None:
+    """An error that only follows from a refused declaration is classified separately.
+
+    FB_C and FB_E use blocks that are refused, and have no errors themselves.
+    """
     sources = {
         "FB_B": "FUNCTION_BLOCK FB_B\nVAR_INPUT A : OnDelay; END_VAR\n;\nEND_FUNCTION_BLOCK\n",
         "FB_C": "FUNCTION_BLOCK FB_C\nVAR B : FB_B; END_VAR\nB(A := 1);\nEND_FUNCTION_BLOCK\n",
@@ -103,8 +106,8 @@ def test_a_reviewed_refusal_is_right(tmp_path: Path) -> None:
     assert _kinds(result(reviewed, tmp_path)) == {"FB_B": Kind.OTHER}
 
 
-def test_every_error_counts_however_many_there_are(tmp_path: Path) -> None:
-    """The number of messages is limited. A file without a shown error still counts as refused."""
+def test_every_file_with_an_error_is_counted(tmp_path: Path) -> None:
+    """Every file with an error counts as refused, although the number of messages is limited."""
     body = "".join("A := TRUE;\n" for _ in range(300))
     text = f"FUNCTION_BLOCK {{0}}\nVAR A : INT; END_VAR\n{body}END_FUNCTION_BLOCK\n"
     sources = {f"FB_{number}": text.format(f"FB_{number}") for number in range(4)}

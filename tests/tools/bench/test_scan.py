@@ -23,17 +23,20 @@ def test_without_a_compiler_its_figures_are_said_to_be_missing(
 
 
 @pytest.mark.exhaustive
-def test_each_program_runs_and_its_handshakes_too() -> None:
-    """The programs run on the built-in engine.
+def test_each_program_of_the_benchmark_runs_with_its_handshakes() -> None:
+    """Each program of the benchmark runs on the built-in engine, and executes handshakes.
 
-    Programs that work there also work on the compilers.
+    Programs that work on this engine also work on the compilers.
     """
     assert scan.paid("builtin", rounds=1, scans=200).area > 0
 
 
 @pytest.mark.exhaustive
 def test_a_handshake_that_does_not_run_gives_no_figure(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Ten robots in 200 scans, with at most eight scans per command, must execute many commands."""
+    """If too few commands were executed, no figure is reported.
+
+    Ten robots in 200 scans, with at most eight scans per command, must execute many commands.
+    """
     stands = scan.RUNNING.replace("NOT Move{k}.Done", "FALSE")
     monkeypatch.setattr(scan, "RUNNING", stands)
     with pytest.raises(InputError, match="builtin: 0 commands in 200 scans are too few"):

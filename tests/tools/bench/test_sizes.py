@@ -1,4 +1,4 @@
-"""The report of `make bench` has sizes in bytes per instance."""
+"""`make bench` reports the size of each block in bytes per instance."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ from structured_text.engines.native.toolchain import find_c_compiler, find_cxx_c
 from structured_text.engines.strucpp.build import MISSING_STRUCPP, find_strucpp
 
 _PAGE = Path(__file__).resolve().parents[3] / "docs/explanation/timing.md"
-#: Folders of the library with blocks that contain other blocks.
+#: Folders of the library whose blocks contain other blocks.
 _BUILT = ("motion", "operator", "points", "position")
 
 
 def _printed() -> dict[str, int]:
-    """Return the page's table of composite blocks: bytes by name."""
+    """Return a dictionary of names to bytes from the page's table of composite blocks."""
     page = _PAGE.read_text(encoding="utf-8")
     lines = page.split("| Block | Bytes | Block | Bytes |")[1].split("\n\n")[0].splitlines()
     cells = [cell for line in lines[2:] for cell in line.strip("|").split("|")]
@@ -50,19 +50,19 @@ def measured() -> list[sizes.Size]:
 
 
 def test_rcx_ref_and_the_command_blocks_keep_to_their_sizes(measured: list[sizes.Size]) -> None:
-    """A single text takes 128 bytes, so no block has more than one."""
+    """RCX_REF and the command blocks keep their sizes. No block has two texts of 128 bytes."""
     limits = {size.name: size.limit for size in measured if size.limit}
     assert (limits["RCX_REF"], limits["FB_ReadProgramInfo"]) == (160, 500)
     assert [size.name for size in measured if size.limit and size.bytes > size.limit] == []
 
 
-def test_the_page_names_every_block_that_is_built_of_others() -> None:
+def test_the_page_names_every_block_that_contains_other_blocks() -> None:
     """Source: docs/explanation/timing.md, cost on the PLC."""
     blocks = {file.stem for folder in _BUILT for file in (default_lib() / folder).glob("FB_*.st")}
     assert blocks - _printed().keys() == set()
 
 
-def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
+def test_the_page_prints_the_measured_sizes(measured: list[sizes.Size]) -> None:
     """Source: docs/explanation/timing.md, cost on the PLC."""
     found = {size.name: size.bytes for size in measured}
     printed = _printed()
@@ -74,8 +74,11 @@ def test_the_page_prints_what_was_measured(measured: list[sizes.Size]) -> None:
 
 
 @pytest.mark.skipif(find_strucpp() is None, reason=MISSING_STRUCPP)
-def test_strucpp_tells_the_size_of_every_block_and_keeps_more_of_each_value() -> None:
-    """For each value it stores a forced flag and a forced value, so a BOOL takes three bytes."""
+def test_strucpp_reports_the_size_of_every_block_with_more_data_for_each_value() -> None:
+    """STruC++ reports the size of every block, which is larger than on other engines.
+
+    It stores a forced flag and a forced value for each value, so a BOOL takes three bytes.
+    """
     strucpp, compiler = find_strucpp(), find_cxx_compiler()
     assert strucpp is not None
     assert compiler is not None

@@ -1,4 +1,4 @@
-"""The pages of the blocks are current, and their examples end as stated, with the right values."""
+"""The pages of the blocks are up to date, and their examples end as the pages say."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ def _page(name: str) -> str:
 
 
 def _rows(page: str, heading: str) -> list[list[str]]:
-    """Return the rows of the table below a heading, without the table's head."""
+    """Return the rows of the table below this heading, without the header row."""
     part = re.split(r"^##+ ", page.partition(f"## {heading}\n")[2], flags=re.MULTILINE)[0]
     lines = [line for line in part.splitlines() if line.startswith("| ")]
     return [[cell.strip() for cell in re.split(r"(?<!\\)\|", line)[1:-1]] for line in lines[1:]]
@@ -42,8 +42,11 @@ def _errors(name: str) -> list[str]:
 
 @pytest.mark.exhaustive(but=["FB_ReadArea", "FB_ServoOn", "FB_MovePtp"])
 @pytest.mark.parametrize("name", _BLOCKS)
-def test_the_files_of_a_block_are_current_and_its_example_ends_as_they_say(name: str) -> None:
-    """The example is run again. An example that fails, or breaks a rule, ends in an error."""
+def test_the_files_of_a_block_are_up_to_date_and_its_example_ends_as_they_say(name: str) -> None:
+    """The generated files of a block are up to date.
+
+    Its example is run again. An example that fails or breaks a rule is an error.
+    """
     for path, render in docs_blocks.files_of(name).items():
         assert (ROOT / path).read_bytes() == render().encode(), f"{path}: run `make docs`"
     page = _page(name)
@@ -59,7 +62,7 @@ def test_the_page_of_the_functions_is_current_and_its_links_lead_somewhere() -> 
 
 
 def test_every_block_that_users_call_has_an_example() -> None:
-    """A new block needs an entry in snippets.toml, or a reason under [without]."""
+    """Every block that users call has an example in snippets.toml, or a reason under [without]."""
     called = {name for name in _BLOCKS if not pous()[name].internal}
     assert called - examples.snippets().keys() == examples.without().keys()
     assert not examples.snippets().keys() - called
@@ -124,7 +127,10 @@ def test_matiec_shows_the_same_chart_and_outputs(name: str) -> None:
 
 
 def test_the_chart_of_pick_and_place_shows_stage_hand_and_motion() -> None:
-    """The hand closes between the stages to the source and to the target, and opens at the end."""
+    """The chart of FB_PickPlace shows stages, hand and movements.
+
+    The hand closes between the stages to the source and to the target, and opens at the end.
+    """
     chart = (ROOT / "docs/reference/blocks/charts/FB_PickPlace.svg").read_text(encoding="utf-8")
     for lane in ("Stage", "DO(20) hand closed", "Axis 1 [pulse]"):
         assert f">{lane}</text>" in chart
@@ -160,7 +166,7 @@ def test_a_movement_has_its_pins_with_unit_range_and_default() -> None:
         ("FB_ReadArea", "Size", "48, 256"),
     ],
 )
-def test_a_range_is_that_of_the_manual(block: str, pin: str, expected: str) -> None:
+def test_a_range_of_a_pin_agrees_with_the_manual(block: str, pin: str, expected: str) -> None:
     """Source: remote command guide 4.2.1, 4.2.8, 4.2.23, 4.3.3, 4.4.1, 4.5.1; chapter 1, 4."""
     found = pous()[block].pin(pin)
     assert found is not None
@@ -187,7 +193,7 @@ def test_a_page_lists_the_errors_that_its_block_can_give_and_no_others() -> None
     assert all(row[2] and row[3] for row in _rows(_page("FB_ServoOn"), "Errors"))
 
 
-def test_what_a_block_reads_is_shown() -> None:
+def test_the_values_that_a_block_reads_are_shown() -> None:
     """Source: remote command guide 4.3.1, 4.3.2 and 4.7.7, examples."""
     point = dict(_rows_of_run("FB_ReadPoint"))
     assert point["PointRead"] == "50"
@@ -204,9 +210,10 @@ def _rows_of_run(name: str) -> list[tuple[str, str]]:
 
 
 def test_the_chart_shows_the_handshake_of_the_example() -> None:
-    """Data come first, and the code one scan later. Then the status is 0x0100 and 0x0200.
+    """The chart shows the handshake of the example.
 
-    At the end all words return to 0.
+    Data come first, and the code one scan later. Then the status is 0x0100 and 0x0200. At the end
+    all words return to 0.
 
     Source: remote command guide, chapters 1 and 2; 4.3.1, point data reference
     """
@@ -233,8 +240,11 @@ def test_the_snippet_of_a_page_stands_in_the_program_that_was_run() -> None:
         assert f"{name.removeprefix('FB_')}(" in body
 
 
-def test_an_example_that_ends_in_an_error_is_told_with_its_number() -> None:
-    """The last point is 29999. Source: remote command guide 4.3.1."""
+def test_an_example_that_ends_in_an_error_is_reported_with_its_error_id() -> None:
+    """An example that ends in an error is reported with its ErrorID. The last point is 29999.
+
+    Source: remote command guide 4.3.1.
+    """
     snippet = examples.snippets()["FB_ReadPoint"]
     assert snippet.call
     wrong = replace(snippet, call=replace(snippet.call, inputs={"Point": 30000}))

@@ -1,4 +1,4 @@
-"""docs/how-to/cluster.md uses options of dask that its help contains."""
+"""docs/how-to/cluster.md uses only options that the help of dask contains."""
 
 from __future__ import annotations
 

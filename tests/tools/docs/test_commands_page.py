@@ -11,7 +11,7 @@ def _rows(command: str, field: str) -> list[str]:
     return [row for row in part.splitlines() if row.startswith(f"| `{field}` |")]
 
 
-def test_a_unit_stands_with_the_selection_that_decides_on_it() -> None:
+def test_a_unit_is_shown_with_the_selection_that_decides_it() -> None:
     """Source: remote command guide 4.2.1: bb 01 is the direct designation in 0.01 %, 10 is %."""
     (row,) = _rows("MovePtp", "speed")
     assert row.endswith(
@@ -21,7 +21,7 @@ def test_a_unit_stands_with_the_selection_that_decides_on_it() -> None:
     assert "; 1 to 1000 [mm/s] if `speed_mode` is 3; in mm/s up to 750" in row
 
 
-def test_a_unit_of_a_position_stands_with_its_selection() -> None:
+def test_a_unit_of_a_position_is_shown_with_its_selection() -> None:
     """Source: remote command guide 4.2.1, arch designation: bit d 0 is pulse, 1 mm."""
     (row,) = _rows("MoveArch", "arch_position")
     assert "[pulse] if `arch_unit` is 0, [0.001 mm] if `arch_unit` is 1; first target" in row

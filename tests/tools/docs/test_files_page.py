@@ -64,7 +64,7 @@ def test_every_key_of_a_robot_file_is_there_or_a_setting_of_the_page_on_fidelity
 @pytest.mark.parametrize(("table", "kind"), [("axes", Axis), ("programs", RobotProgram)])
 def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) -> None:
     shown = _table(f"Key of `[[{table}]]`")
-    # path and offset give the place of a program; they are not keys of a robot file
+    # path and offset are internal fields; they are not keys of a robot file
     internal = {"path", "offset"}
     assert set(shown) == {entry.name for entry in fields(kind)} - internal
     words = {"None": "no workpiece", "()": "none", "True": "true", "": "none"}
@@ -74,8 +74,11 @@ def test_every_key_of_a_table_is_there_with_its_default(table: str, kind: type) 
 
 
 @pytest.mark.parametrize(("table", "number"), [("points", 19), ("pallets", 10)])
-def test_every_key_of_stored_data_is_there(table: str, number: int, tmp_path: Path) -> None:
-    """The list of keys comes from the message about an unknown key."""
+def test_the_page_has_every_key_of_stored_data(table: str, number: int, tmp_path: Path) -> None:
+    """The page has every key of stored data.
+
+    The list comes from the message about an unknown key.
+    """
     file = tmp_path / "robot.toml"
     file.write_text(f"[{table}.{number}]\nzzzz = 1\n", encoding="utf-8")
     with pytest.raises(InputError) as caught:
@@ -119,7 +122,10 @@ def test_the_steps_of_the_page_are_understood() -> None:
 
 
 def test_the_example_files_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    """The program is that of `rcx new`. Its movement ends abnormally, and no rule is broken."""
+    """The example files run with the program of `rcx new`.
+
+    Its movement ends abnormally, and no rule is broken.
+    """
     folder = tmp_path / "cell"
     assert main(["new", str(folder)]) == 0
     for section in ("Stimulus file", "Robot file"):

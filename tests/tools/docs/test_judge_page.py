@@ -1,4 +1,4 @@
-"""judge.md names all rules that are judged."""
+"""judge.md names all rules that `rcx judge` checks."""
 
 from __future__ import annotations
 

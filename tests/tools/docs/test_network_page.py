@@ -1,4 +1,4 @@
-"""The adapter agrees with docs/how-to/network.md."""
+"""The EtherNet/IP adapter behaves as docs/how-to/network.md says."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def page(repository: Path) -> str:
 
 
 def row(page: str, head: str) -> list[str]:
-    """Return the cells of a table's row except the first one."""
+    """Return the cells of the row with this name, except the first cell."""
     (found,) = re.findall(rf"^\| {re.escape(head)} \|(.*)\|$", page, re.MULTILINE)
     return [cell.strip() for cell in found.split("|")]
 

@@ -20,7 +20,7 @@ from rcx_harness.cli.view import view
 
 
 def _listed(repository: Path, page: str, prefix: str = "--") -> set[str]:
-    """Return the options in the rows of a page."""
+    """Return the names of the options in the tables of a page."""
     text = (repository / f"docs/how-to/{page}.md").read_text(encoding="utf-8")
     rows = re.findall(r"^\| (`--.+?) \|", text, re.MULTILINE)
     return {name for row in rows for name in re.findall(rf"`({prefix}[a-z-]+)`", row)}

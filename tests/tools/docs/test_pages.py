@@ -25,7 +25,7 @@ def test_a_generated_page_is_current(path: str) -> None:
 
 
 def _links(page: str) -> list[tuple[str, str]]:
-    """Return file and heading of every link of a page; an empty text if the link names none."""
+    """Return file and heading of every link of a page. The heading may be empty."""
     text = (_ROOT / page).read_text(encoding="utf-8")
     return re.findall(r"\]\(([^)#:]*)(?:#([^)]+))?\)", text)
 
@@ -61,10 +61,13 @@ def test_every_page_is_in_the_index_or_in_the_one_of_its_folder() -> None:
 
 
 @pytest.mark.exhaustive
-def test_two_clicks_lead_from_the_readme_to_each_block_its_tests_and_the_room_of_a_rule() -> None:
-    """The pages that two clicks reach include a block's page with its manual section."""
+def test_two_clicks_lead_from_the_readme_to_each_block_and_its_tests() -> None:
+    """From the README, two clicks lead to each block, its tests and the folder of a rule.
+
+    The page of a block names its section of the manual.
+    """
     ways = [_ROOT / target for target, _ in _links("README.md") if target.endswith(".md")]
-    ways.append(_ROOT / "docs/reference/internal-blocks.md")  # one more click, for few readers
+    ways.append(_ROOT / "docs/reference/internal-blocks.md")  # a third click, for few readers
     reached = {
         (page.parent / target).resolve()
         for page in ways
@@ -97,7 +100,10 @@ def test_the_changelog_begins_with_the_version_of_the_package() -> None:
 
 @pytest.mark.parametrize("page", _BY_HAND)
 def test_a_page_names_the_wheel_by_its_path_and_version(page: str) -> None:
-    """The package is not on an index. `pip install` takes the file that `pip wheel` has written."""
+    """A page installs the wheel by its path, since the package is not on an index.
+
+    `pip install` uses the file that `pip wheel` has written.
+    """
     text = (_ROOT / page).read_text(encoding="utf-8")
     assert "rcx-harness[" not in text
     for line in re.findall(r"^pip install .*rcx_harness.*$", text, re.MULTILINE):
@@ -107,7 +113,9 @@ def test_a_page_names_the_wheel_by_its_path_and_version(page: str) -> None:
 
 
 def test_the_readme_installs_what_its_commands_need() -> None:
-    """The section on tests leads to `rcx prove`, which needs z3 from the extra prove.
+    """The README installs the extras that its commands need.
+
+    `rcx prove` in the section on tests needs z3 from the extra prove.
 
     Source: pyproject.toml, optional-dependencies
     """
@@ -196,10 +204,10 @@ def test_a_command_is_pasted_between_its_fences_and_nothing_else_is_touched(
         assert docs.pages()["README.md"]() == page.format("new\n")
 
 
-def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
-    """The example in docs/how-to/export.md starts each such block.
+def test_the_logix_example_sets_execute_of_each_block_that_has_it() -> None:
+    """The Logix example in docs/how-to/export.md calls each block with the pin Execute.
 
-    tests/export/test_l5x.py checks the pins and arguments.
+    tests/export/test_l5x.py checks pins and arguments.
     """
     page = (_ROOT / "docs/how-to/export.md").read_text(encoding="utf-8")
     code = page.partition("```\nRCX_FirstScan(")[2].partition("```")[0]
@@ -212,9 +220,10 @@ def test_each_block_of_the_logix_example_that_has_an_execute_gets_it() -> None:
 
 
 def test_a_head_names_its_tests_and_they_exist() -> None:
-    """The head of `FB_Jog` names tests/command/test_jog.py.
+    """The head of each POU names its tests, which exist.
 
-    `FC_RcxArmRotation` is in the folder core, and names test_arm_rotation.py.
+    The head of `FB_Jog` names tests/command/test_jog.py. `FC_RcxArmRotation`, in the folder core,
+    names test_arm_rotation.py.
     """
     for head in docs.headers():
         name = head.name.partition("_")[2].removeprefix("Rcx")

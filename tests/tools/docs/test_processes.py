@@ -1,7 +1,7 @@
-"""The processes of docs/explanation/charts agree with the trace, without the charts' code.
+"""The processes of docs/explanation/charts agree with their traces.
 
-The orders below are from the manual's lists of steps. A step is a set of changes that may come in
-any order, and each step comes after the previous one.
+The tests do not use the code of the charts. The orders of steps are from the manual. The changes of
+a step may come in any order, and each step comes after the previous one.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from rcx_harness.robot import RobotConfig
 from rcx_harness.trace import Cycle, Scan
 from rcx_tools.docs.processes import Process, processes
 
-#: SI(n) as the PLC writes it, SO(m) as it reads it. "rcx" is the controller's side.
+#: SI(n) as the PLC writes it, SO(m) as the PLC reads it. "rcx" marks signals of the controller.
 ORDERS: dict[str, list[set[str]]] = {
     # Chapter 5, 3.1, initial servo ON process after power ON
     "servo_on": [{"SI01 ON"}, {"SO02 ON"}, {"SI01 OFF"}],
@@ -95,7 +95,7 @@ _each = pytest.mark.parametrize("name", ORDERS)
 
 @dataclass
 class Run:
-    """The records of a process from the beginning to the end of its chart."""
+    """The records of a run, from the beginning to the end of the chart of its process."""
 
     process: Process
     scans: list[Scan]
@@ -153,8 +153,12 @@ def test_every_process_has_an_order_here_and_every_order_a_process() -> None:
 
 
 @_each
-def test_the_steps_come_in_the_manuals_order(name: str) -> None:
-    """Each step begins after the previous one is complete, and no other change of its kind occurs.
+def test_the_steps_of_a_process_come_in_the_order_of_the_manual(name: str) -> None:
+    """The steps of a process come in the order of the manual.
+
+    No other change of these signals occurs.
+
+    Each step begins after the previous one is complete.
 
     Source: manual chapter 1, 5; chapter 5, 3.1 to 3.3; guide chapters 1.2 and 2.
     """
@@ -172,8 +176,10 @@ def test_the_steps_come_in_the_manuals_order(name: str) -> None:
 
 
 @_each
-def test_the_controller_sees_at_least_100_ms_between_two_dedicated_inputs(name: str) -> None:
-    """Switching SI(00) or SI(06) OFF is the only exception.
+def test_the_controller_reads_dedicated_inputs_at_least_100_ms_apart(name: str) -> None:
+    """Between two changes of dedicated inputs, the controller reads at least 100 ms.
+
+    The only exception is switching SI(00) or SI(06) OFF.
 
     Source: manual chapter 5, 3.1 to 3.3, caution.
     """
@@ -192,7 +198,7 @@ def test_the_controller_sees_at_least_100_ms_between_two_dedicated_inputs(name: 
         last = after.t_us
 
 
-#: A controller that answers after the interval has passed, so that only waiting keeps the order.
+#: A controller that answers later than the interval, so a block must wait to keep the order.
 SLOW = RobotConfig(
     servo_on_delay=250, alarm_reset_delay=250, program_reset_delay=250, program_start_delay=250
 )
@@ -210,10 +216,10 @@ SLOW = RobotConfig(
         ("power_up", "SI15 ON", "SO14 ON", "SI15 OFF"),
     ],
 )
-def test_an_answer_is_awaited_however_late_before_the_input_is_taken_back(
+def test_an_input_stays_on_until_its_answer_however_late(
     name: str, request_: str, answer: str, end: str
 ) -> None:
-    """Servo ON, alarm reset, program reset and start turn OFF only after their output confirms.
+    """The inputs for servo ON, alarm reset, program reset and start stay ON until their answer.
 
     Source: manual chapter 5, 3.1 to 3.3, the steps that follow a confirmation.
     """
@@ -221,8 +227,10 @@ def test_an_answer_is_awaited_however_late_before_the_input_is_taken_back(
     assert when[request_] + 250_000 < when[answer] <= when[end]
 
 
-def test_without_a_connection_nothing_goes_on_again_by_itself() -> None:
-    """After the recovery only SI(00) and SI(06) turn ON. Servo and alarm do not change.
+def test_after_a_recovered_connection_nothing_restarts_by_itself() -> None:
+    """After a recovery of the connection only SI(00) and SI(06) turn ON; nothing else restarts.
+
+    Servo and alarm do not change.
 
     Source: manual chapter 1, 5, 2.
     """
@@ -233,7 +241,7 @@ def test_without_a_connection_nothing_goes_on_again_by_itself() -> None:
     assert end.rcx_so[32] >> 3 & 1 == 1, "SO(03)"
 
 
-def test_the_emergency_stop_and_the_stop_go_out_in_the_scan_of_their_edge() -> None:
+def test_the_emergency_stop_and_the_stop_are_sent_in_the_scan_of_their_edge() -> None:
     """Source: manual chapter 5, 3.1, shift to emergency stop, step 1; 3.3, program stop, step 1."""
     for name, change, halt_us in (
         ("emergency_stop", "SI00 OFF", 1_000_000),

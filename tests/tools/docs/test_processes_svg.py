@@ -1,4 +1,4 @@
-"""The pictures are equal on every engine, readable, and show only what happened."""
+"""The pictures of the processes are equal on every engine, readable, and show only real changes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _WIDTHS = {"h": 8.8, "s": 6.2, "d": 6.0, "p": 6.6, "n": 6.4, "q": 7.2, "v": 7.3,
 
 
 def _boxes(picture: str) -> list[tuple[str, float, float, float, float]]:
-    """Return every text with its left, right, top and bottom, estimated from its length."""
+    """Return every text of a picture with its estimated left, right, top and bottom."""
     found = []
     for node in ElementTree.fromstring(picture).iter(f"{_SVG}text"):
         kinds = node.get("class", "").split()
@@ -84,10 +84,11 @@ def test_every_file_of_the_folder_belongs_to_a_process() -> None:
         assert {file.suffix for file in FOLDER.glob(f"{name}.*")} == {".st", ".toml", ".svg"}
 
 
-def test_times_are_those_of_the_run() -> None:
-    """By hand, the answer comes 50 ms after the edge, with two packets and two scans on the way.
+def test_the_times_in_a_picture_are_those_of_the_run() -> None:
+    """The times in the picture are those of the run, here calculated by hand.
 
-    SI(01) is written at 700 ms, sent at 710 ms, and taken by the cycle at 715 ms. SO(02) is set at
+    The answer comes 50 ms after the edge, delayed by two packets and two scans. SI(01) is written
+    at 700 ms, sent at 710 ms, and taken by the cycle at 715 ms. SO(02) is set at
     765 ms, and sent and read at 770 ms. SI(01) turns OFF 100 ms + 20 ms after its own change.
     """
     chart = process_chart("servo_on")

@@ -12,14 +12,14 @@ from rcx_tools.docs.pages import ROOT
 
 _TUTORIAL = ROOT / "docs/tutorial/robot"
 _WAY = ROOT / "docs/how-to/robot/WAY.PGM"
-#: Pulses per millimetre of an axis in a robot file without axes.
+#: Pulses per millimetre of an axis if the robot file has no axes.
 _PULSES = 1000
 _POINTS = {20: (100, 0), 21: (100, 100), 22: (0, 100), 23: (0, 0)}
 
 
 @pytest.fixture
 def cell(tmp_path: Path) -> Iterator[Cell]:
-    """Return the cell of the tutorial, in which the robot runs WAY.PGM along a square of 100 mm."""
+    """Return the cell of the tutorial with WAY.PGM, which moves along a square of 100 mm."""
     points = (
         f"[points.{number}]\nmm = [{x}.0, {y}.0, 0.0, 0.0]\n" for number, (x, y) in _POINTS.items()
     )
@@ -59,7 +59,7 @@ def test_an_input_ends_a_movement_early(cell: Cell) -> None:
     assert cell.robot.positions[1] > _POINTS[23][1] * _PULSES
 
 
-def test_the_programs_of_the_tutorial_wait_for_each_other_after_the_mistake() -> None:
+def test_the_tutorial_programs_with_the_mistake_wait_for_each_other() -> None:
     """Source: docs/tutorial/5-robot-program.md: only one input differs."""
     good = (_TUTORIAL / "PLACE.PGM").read_text(encoding="utf-8")
     stuck = (_TUTORIAL / "stuck/PLACE.PGM").read_text(encoding="utf-8")

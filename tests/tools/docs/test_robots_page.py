@@ -1,4 +1,4 @@
-"""robots.md compares cycle times with the catalogue, shows the fit, and has a valid robot file."""
+"""The cycle times and the robot file in robots.md are correct."""
 
 from __future__ import annotations
 
@@ -26,10 +26,10 @@ def test_the_law_is_the_one_that_is_fitted_to_the_three_models() -> None:
 
 
 @pytest.mark.parametrize("name", HELD_OUT)
-def test_a_model_that_was_held_out_has_its_cycle_within_10_percent(name: str) -> None:
-    """Planned and virtual cycle times of the model are within 10 % of the catalogue.
+def test_the_cycle_time_of_a_model_not_used_for_the_fit_is_within_10_percent(name: str) -> None:
+    """The cycle time of a model that was not used for the fit is within 10 % of the catalogue.
 
-    Three other models are as close.
+    This applies to the planned and to the virtual cycle time. Three other models are as close.
 
     Source: the maker's data sheets
     """
@@ -39,20 +39,28 @@ def test_a_model_that_was_held_out_has_its_cycle_within_10_percent(name: str) ->
 
 
 @pytest.mark.parametrize(("load", "seconds"), [(2, 0.55), (40, 0.92)])
-def test_another_load_than_that_of_the_fit_is_met_too(load: float, seconds: float) -> None:
+def test_the_cycle_time_with_another_load_than_in_the_fit_is_within_the_limit(
+    load: float, seconds: float
+) -> None:
     """Source: the data sheet of the YK1200XG."""
     assert measured_cycle("YK1200XG", load) == pytest.approx(seconds, rel=0.1)
 
 
 def test_the_cycle_is_300_mm_across_the_front() -> None:
-    """The YK1200XG's hand at a right angle is 848.5 mm from the base."""
+    """The standard cycle is 300 mm across the front of the robot.
+
+    The hand of a YK1200XG with its arms at a right angle is 848.5 mm from the base.
+    """
     (x1, y1), (x2, y2) = cycle_ends(robot_models()["YK1200XG"])
     assert (x2 - x1, y1) == (300, y2)
     assert math.hypot(x1, y1) == pytest.approx(848.528, abs=0.001)
 
 
-def test_what_is_measured_is_what_is_planned_in_cycles_of_5_ms() -> None:
-    """A cycle has two movements, and each takes at most 2 controller cycles longer than planned."""
+def test_the_measured_cycle_time_equals_the_planned_time() -> None:
+    """The measured time of a cycle equals the planned time, up to 2 controller cycles per movement.
+
+    A cycle has two movements. A controller cycle takes 5 ms.
+    """
     for name, model in robot_models().items():
         for load, _ in model.cycles:
             planned = planned_cycle(model, law(), load)

@@ -1,4 +1,4 @@
-"""The pages of docs/how-to/setup have sizes as on the wire, valid snippets and valid links."""
+"""The pages of docs/how-to/setup have the right sizes, valid snippets and valid links."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from structured_text.export.refused import tools
 
 _ROOT = Path(__file__).resolve().parents[3]
 _FOLDER = _ROOT / "docs/how-to/setup"
-#: Pages by the tool names of `rcx check --for`.
+#: Maps the tool names of `rcx check --for` to pages.
 _PAGES = {
     "codesys": "codesys",
     "twincat": "twincat",
@@ -76,7 +76,7 @@ def test_a_page_says_what_it_must(tool: str) -> None:
 def test_the_snippet_compiles(
     name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """Snippets of Studio 5000 are Logix Structured Text, which is not checked here."""
+    """The snippets of the pages compile, except those of Studio 5000 (Logix Structured Text)."""
     blocks = re.findall(r"```iecst\n(.*?)```", _page(name), re.DOTALL)
     assert len(blocks) == (name != "studio-5000")
     for block in blocks:
@@ -91,10 +91,10 @@ def test_the_snippet_compiles(
 
 @pytest.mark.exhaustive(but=["codesys", "siemens", "twincat"])
 @pytest.mark.parametrize("tool", sorted(set(_PAGES) - {"rockwell"}))
-def test_the_program_runs_as_it_stands_and_the_robot_moves(
+def test_the_program_of_the_page_runs_unchanged_and_the_robot_moves(
     tool: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """The servos turn on, and then the robot moves to point 19 with PTP.
+    """The program of each page runs unchanged: the servos turn ON, and the robot moves to point 19.
 
     `rcx check --for` does not report the constructs that the page uses.
 
@@ -119,8 +119,8 @@ def test_the_program_runs_as_it_stands_and_the_robot_moves(
         assert "nothing that may be refused" in said
 
 
-def test_the_readmes_snippet_is_on_every_page(repository: Path) -> None:
-    """Only the names of the areas' pins differ."""
+def test_the_snippet_of_the_readme_is_on_every_page(repository: Path) -> None:
+    """The snippet of the README is on every page. Only the names of the area pins differ."""
     readme = (repository / "README.md").read_text(encoding="utf-8")
     snippet = re.findall(r"```iecst\n(.*?)```", readme, re.DOTALL)[0]
     wanted = [line.strip() for line in snippet.splitlines()]

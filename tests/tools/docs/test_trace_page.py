@@ -1,4 +1,4 @@
-"""trace.md has every field that a run writes, and its example lines are lines of runs.
+"""trace.md has every field that a run writes, and its example lines come from runs.
 
 The expected values come from five runs.
 """
@@ -53,7 +53,7 @@ def _example(name: str, *robots: str) -> list[str]:
 
 @pytest.fixture(scope="module")
 def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
-    """Return all lines of the runs of the page's examples, and of a run with all variable kinds."""
+    """Return the trace lines of the page's examples, and of a run with all kinds of variables."""
     folder = tmp_path_factory.mktemp("runs")
     (folder / "lib").mkdir()
     (folder / "s.toml").write_text(_STIMULUS, encoding="utf-8")
@@ -90,7 +90,7 @@ def lines(tmp_path_factory: pytest.TempPathFactory) -> list[str]:
 
 
 def _rows(head: str) -> list[list[str]]:
-    """Return the rows of the table with the first heading `head`."""
+    """Return the rows of the table whose first column has the heading `head`."""
     part = re.split(rf"^\| {re.escape(head)} \|.*\n\|[-|]+\n", _PAGE, flags=re.MULTILINE)[1]
     table = part.partition("\n\n")[0].splitlines()
     return [[cell.strip() for cell in line.strip("|").split(" | ")] for line in table]
@@ -137,7 +137,7 @@ def test_the_example_lines_are_lines_of_runs(lines: list[str]) -> None:
 
 
 def _types(entry: Any) -> Iterator[Any]:
-    """Return a type of a header and the types that it contains."""
+    """Return a type from the header of a trace, and the types that it contains."""
     yield entry
     if isinstance(entry, dict):
         for inner in (*entry.get("members", {}).values(), entry.get("of")):
@@ -158,8 +158,8 @@ def test_every_form_of_a_type_is_there(lines: list[str]) -> None:
     assert found == shown
 
 
-def test_every_entry_of_a_robot_is_there(lines: list[str]) -> None:
-    """The entries describe the robot's shape and its pose."""
+def test_the_page_has_every_entry_of_a_robot(lines: list[str]) -> None:
+    """The page has every entry that describes a robot: its shape and its pose."""
     entries = [json.loads(line) for line in lines]
     robots = [one for entry in entries for every in entry.get("robots", []) for one in every]
     poses = [one for entry in entries for one in entry.get("poses", [])]

@@ -1,4 +1,4 @@
-"""The programs of the tutorial run as its pages say; outputs are compared as in other pages."""
+"""The programs of the tutorial run as its pages say."""
 
 from __future__ import annotations
 

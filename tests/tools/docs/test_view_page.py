@@ -14,8 +14,11 @@ def page(repository: Path) -> str:
     return (repository / "docs/how-to/view.md").read_text(encoding="utf-8")
 
 
-def test_every_key_of_the_page_is_told_and_no_other(page: str) -> None:
-    """The keys are those of the chart. Enter belongs to the rows and to the search."""
+def test_the_page_has_every_key_and_no_other(page: str) -> None:
+    """The page has every key of the chart of `rcx view`, and no other.
+
+    The key Enter belongs to the rows and to the search.
+    """
     folder = files("rcx_harness.trace.view").joinpath("page")
     script = folder.joinpath("page.js").read_text(encoding="utf-8")
     acts = script.partition("const acts = {")[2].partition("};")[0]

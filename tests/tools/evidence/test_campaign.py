@@ -1,4 +1,4 @@
-"""The fault campaign: a few short runs, and tests that it detects faults."""
+"""The fault campaign of the library is run briefly, and detects seeded faults."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ TELEGRAM = (0x0100, 0, 19, *[0] * 13)
 
 @pytest.fixture(scope="module")
 def compiled() -> Iterator[Compiled]:
-    """Return the campaign's program."""
+    """Return the compiled program of the fault campaign."""
     found = compiled_campaign()
     yield found
     found.program.close()
@@ -45,10 +45,11 @@ def compiled() -> Iterator[Compiled]:
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("seed", SEEDS)
-def test_after_each_storm_the_cell_comes_to_rest_and_works_again(
-    compiled: Compiled, seed: int
-) -> None:
-    """No rule is broken, each command runs as its block says, and nothing starts by itself."""
+def test_after_each_series_of_faults_the_cell_works_again(compiled: Compiled, seed: int) -> None:
+    """After each series of faults, the cell comes to rest and works again.
+
+    No rule is broken, each command runs as its block says, and nothing starts by itself.
+    """
     conditions, storms = draw_run(seed, 1)
     outcome = run_storms(compiled, conditions, storms, seed)
     assert outcome.storms == 1
@@ -171,8 +172,8 @@ def test_a_telegram_that_no_block_asked_for_is_found(compiled: Compiled) -> None
 
 
 @pytest.mark.exhaustive
-def test_a_failing_run_is_made_short() -> None:
-    """All actions of a storm are removed, except the actions that the failure needs."""
+def test_a_failing_run_is_shortened() -> None:
+    """A failing run is shortened: only the actions that the failure needs remain."""
     seeded = next(one for one in SEEDED if one.name == JOG)
     with broken_library(seeded.file, seeded.old, seeded.new) as lib:
         compiled = compiled_campaign("builtin", lib)

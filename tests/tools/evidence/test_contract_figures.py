@@ -1,4 +1,4 @@
-"""`make contract` reports its counts and its failures."""
+"""`make contract` reports the numbers of checked calls, and its failures."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _REPORT = """<testsuites><testsuite>
   <testcase classname="tests.contract.test_broken_blocks"
     name="test_a_broken_block_is_found[no end]"/>
   <testcase classname="tests.faults.test_edge_blocks"
-    name="test_a_block_ends_lets_go_and_works_again[FB_A-none]">
+    name="test_a_block_ends_withdraws_its_requests_and_works_again[FB_A-none]">
     <properties><property name="instances" value="{faults}"/></properties></testcase>
   <testcase classname="tests.faults.test_fault_runner"
     name="test_a_fault_in_the_library_is_found[one]">{unfound}</testcase>

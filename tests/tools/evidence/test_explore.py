@@ -1,4 +1,4 @@
-"""The exploration has small bounds here, detects bugs, and omits some data from its states."""
+"""The exploration of the library detects seeded bugs. The bounds are small in these tests."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ from rcx_tools.evidence.explore.seeded import SEEDED, Seeded
 
 pytestmark = pytest.mark.exhaustive
 
-#: Number of states that are explored of each model. `make explore` explores all of them.
+#: Number of states that a test explores of each model. `make explore` explores all states.
 BOUND = 20
 
 
@@ -34,7 +34,7 @@ def model_named(name: str) -> Model:
 
 
 class _Here:
-    """A farm that works in this process."""
+    """A farm (pool of workers) that runs its work in this process."""
 
     def __init__(self, jobs: int) -> None:
         assert jobs > 0
@@ -46,7 +46,7 @@ class _Here:
 
 
 def _rows(figures: dict[str, Any]) -> dict[str, str]:
-    """Return the figures that the page shows."""
+    """Return the rows of figures that the page shows."""
     check = next(one for one in CHECKS if one.name == "explore")
     return {label: told(figures) for label, told in check.rows}
 
@@ -144,8 +144,10 @@ def test_a_state_that_leaves_out_what_counts_is_noticed(
 
 
 @pytest.mark.parametrize("name", ["inputs", "jobs"])
-def test_a_scan_call_by_call_leads_where_the_scan_of_the_whole_program_leads(name: str) -> None:
-    """`inputs` has pins, a level block and late scans. `jobs` has variables of the program.
+def test_a_scan_run_call_by_call_gives_the_state_of_a_whole_scan(name: str) -> None:
+    """A scan that is run call by call leads to the same state as a scan of the whole program.
+
+    The model `inputs` has pins, a block with Enable and late scans. The model `jobs` has variables.
 
     Source: the whole program, which `check` runs.
     """
@@ -160,7 +162,7 @@ def test_a_scan_call_by_call_leads_where_the_scan_of_the_whole_program_leads(nam
         state = following
 
 
-def test_a_call_that_was_run_from_the_same_state_is_not_run_again() -> None:
+def test_a_call_is_not_run_again_from_the_same_state() -> None:
     """Source: docs/explanation/timing.md, what an exploration takes."""
     explorer = Explorer(model_named("commands"))
     scan, scans = explorer.program.scan, []
@@ -179,7 +181,7 @@ def test_a_call_that_was_run_from_the_same_state_is_not_run_again() -> None:
     assert ran == 0
 
 
-def test_a_broken_rule_is_told_each_time_that_it_is_broken(tmp_path: Path) -> None:
+def test_a_broken_rule_is_reported_each_time(tmp_path: Path) -> None:
     """Source: guide, chapter 1: inputs change 100 ms apart at least."""
     bug = bug_named("the interval is not waited for")
     model = model_named(bug.model)
@@ -218,8 +220,9 @@ def test_a_variable_that_is_not_fixed_is_noticed(monkeypatch: pytest.MonkeyPatch
 
 
 def test_only_fb_scan_time_reads_the_elapsed_time_of_a_timer() -> None:
-    """Of a TON, the states contain only the ticks since its start, and whether it is over.
+    """Only FB_ScanTime reads the elapsed time of a timer, so other states omit it.
 
+    The states contain only the ticks since the start of a TON, and whether it has ended.
     FB_ToolPosition, which reads the age of its data, is not in a model.
     """
     readers = {file.stem for file in LIBRARY if ".ET" in file.read_text(encoding="utf-8")}

@@ -18,12 +18,12 @@ _TESTS = [bug.name for bug in bugs(_HERE / "seeded.toml") if bug.of_library]
 
 
 def test_each_seeded_bug_of_the_library_has_a_row() -> None:
-    """Source: the tables in bugs/ and seeded.toml; the bugs of proof_bugs have no rows."""
+    """Source: the tables in bugs/ and seeded.toml. The bugs in proof_bugs are not in the matrix."""
     assert list(_ROWS) == [*_EXPLORE, *_CAMPAIGN, *_TESTS]
 
 
-def test_each_seeded_bug_is_found_by_the_method_of_its_table() -> None:
-    """Source: `make explore`, `make campaign` and `make mutants` require that."""
+def test_each_seeded_bug_is_detected_by_the_method_of_its_table() -> None:
+    """Source: `make explore`, `make campaign` and `make mutants` fail if they miss a bug."""
     tables = {"explore": _EXPLORE, "campaign": _CAMPAIGN, "tests": _TESTS}
     missed = [
         (name, method)
@@ -34,7 +34,7 @@ def test_each_seeded_bug_is_found_by_the_method_of_its_table() -> None:
     assert missed == []
 
 
-def test_each_method_finds_a_bug_before_all_others() -> None:
+def test_each_method_is_the_first_to_detect_some_bug() -> None:
     """Each method is the first to detect some bug; otherwise it would not be worth its code."""
     first = set()
     for row in _ROWS.values():

@@ -1,4 +1,4 @@
-"""Mutants outside the library: mutants of Python and of tables, and the tests that kill them."""
+"""Mutants of Python modules and of tables are created, and killed by tests."""
 
 from __future__ import annotations
 
@@ -128,7 +128,7 @@ def test_every_operator_of_python_makes_its_mistake() -> None:
     assert expected - found == set()
     assert {operator for operator, _, _ in found} == set(PYTHON_OPERATORS)
     told = [line for _, _, line in found if "InputError" in line or "__all__" in line]
-    assert told == []  # messages and __all__ are not mutated
+    assert told == []  # messages and `__all__` are not mutated
 
 
 def test_a_kind_of_mutants_has_files_of_one_suffix() -> None:
@@ -190,10 +190,10 @@ def test_tests_are_about_an_entry_and_about_what_names_it(tmp_path: Path) -> Non
     assert marks_of("SI12_Start", [file]) == ("SI12",)
 
 
-def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_judge_it_too() -> None:
-    """Tests with more words of the line come first.
+def test_of_the_tests_that_run_a_function_those_with_words_of_the_line_are_added() -> None:
+    """Of the tests that run a function, those whose names have words of the line run first.
 
-    At most eight tests are chosen, each with a word.
+    Tests with more words come first. At most eight tests are chosen.
     """
     many = [f"tests/a.py::test_time_{k}" for k in range(20)]
     nodes = ["tests/operating.py::test_it", *many, "tests/a.py::test_operating_time", "b::test_no"]
@@ -267,7 +267,7 @@ def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: 
     assert drawn(4, 1) == drawn(4, 1) != drawn(4, 2)
     every = drawn(1, 1)
     found = python_changes(text, "harness/robot.py")
-    assert len(every) < len(found)  # equal parts: leaving out either is one mutant
+    assert len(every) < len(found)  # equal operands: removing either is one mutant
     assert len(found) / 8 < len(drawn(4, 1)) < len(found) / 2
     assert set(drawn(8, 1)) < set(drawn(4, 1)) < set(every)
     assert len(drawn(10**9, 1)) == 1
@@ -300,7 +300,7 @@ def filled(to: int) -> int:
         level += 1
     return level
 '''
-#: A test that detects all mutants except those of the limit of 10.
+#: A test that detects all mutants except the mutants of the limit 10.
 _TEST = """from pathlib import Path
 
 import pytest
@@ -411,7 +411,7 @@ def test_a_run_finds_survivors_endless_loops_and_seeded_bugs_and_leaves_the_tree
     seeded = [one for one in outcomes if one["operator"] == "seeded"]
     assert [one["killed"] for one in seeded].count(False) == 1
     slow = next(one for one in seeded if "T#61s" in str(one["after"]))
-    assert slow["by"] == f"{latch}the_generated_block"  # from the generated text
+    assert slow["by"] == f"{latch}the_generated_block"  # the mutant in the generated text
     assert code == 1
     assert "seeded: 2 of 3 mutants killed" in told
     assert _content(house) == before
@@ -422,7 +422,7 @@ def test_a_run_finds_survivors_endless_loops_and_seeded_bugs_and_leaves_the_tree
     table = house / "tests/tools/evidence/survivors_harness.toml"
     table.write_text(text.replace('reason = ""', 'reason = "nobody minds"'), encoding="utf-8")
     _, told, again = _run(house)
-    assert len(again) == len(outcomes), told  # nothing was run again
+    assert len(again) == len(outcomes), told  # no mutant was run again
     assert "(3 survivors with a reason)" in told
 
 
@@ -512,7 +512,7 @@ def test_the_page_tells_the_figures_of_each_kind() -> None:
 # --- the seeded bugs in seeded.toml ---
 
 _BUGS = bugs(Path(__file__).with_name("seeded.toml"))
-#: Mutants with a fast test file, and that file.
+#: Maps mutants with a fast test file to this file.
 _QUICK_MUTANTS = {
     "MOD takes the sign of the divisor": "tests/structured_text/engines/builtin/test_arithmetic.py",
     "exactly 100 ms count as too short": "tests/watch/test_wire.py",
@@ -534,8 +534,8 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
 
 
 @pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.name)
-def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bug) -> None:
-    """The tests of each row are in the folders of the code that it changes."""
+def test_the_tests_of_a_seeded_bug_are_in_the_folders_of_the_changed_code(bug: Bug) -> None:
+    """The tests of each seeded bug are in the folders of the code that the bug changes."""
     part = file_key(bug.file).partition("/")[0]
     others = {
         "spec": ("tests/spec", "tests/command"),
@@ -549,7 +549,7 @@ def test_the_tests_of_a_seeded_bug_lie_in_the_folders_of_what_it_changes(bug: Bu
 
 @pytest.mark.exhaustive
 def test_some_seeded_bugs_are_found(repository: Path) -> None:
-    """`make mutants` tries all of them."""
+    """Some seeded bugs are detected by their tests. `make mutants` tries all seeded bugs."""
     tasks = [
         MutantTask(bug.mutant(repository), (_QUICK_MUTANTS[bug.name],), 60.0, bug.name)
         for bug in _BUGS

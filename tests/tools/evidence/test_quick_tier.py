@@ -21,8 +21,11 @@ def _judged(*by: str) -> list[Judged]:
     return [Judged(_MUTANT, one != "", one) for one in by]
 
 
-def test_what_only_exhaustive_tests_find_is_counted_by_function() -> None:
-    """Quick tests detect three of five. A run that does not end counts as detected."""
+def test_mutants_that_only_exhaustive_tests_detect_are_counted_by_function() -> None:
+    """Mutants that only exhaustive tests detect are counted by function.
+
+    Quick tests detect three of five. A run that does not end counts as detected.
+    """
     found = quick_tier(
         _judged(*sorted(_LATE), "tests/a.py::test_quick", "a test does not end", "t::u", ""), _LATE
     )
@@ -46,7 +49,7 @@ def test_the_report_shows_both_scores() -> None:
 
 
 def test_exhaustive_tests_run_last(repository_states: TestStates) -> None:
-    """Exhaustive tests run last, also fast ones that have detected many mutants."""
+    """Exhaustive tests run last, even if they are fast and have detected many mutants."""
     late, quick = "tests/a.py::test_matrix[1]", "tests/b.py::test_quick"
     seconds = {late: 0.01, quick: 5.0}
     judges = Judges(repository_states, {}, seconds, exhaustive=_LATE)
@@ -56,11 +59,11 @@ def test_exhaustive_tests_run_last(repository_states: TestStates) -> None:
 
 @pytest.fixture
 def repository_states(tmp_path_factory: pytest.TempPathFactory) -> TestStates:
-    """Return no states of tests."""
+    """Return an empty dictionary in place of the recorded states of tests."""
     return TestStates(tmp_path_factory.getbasetemp())
 
 
-def test_a_sample_that_is_not_there_ends_the_collection(request: pytest.FixtureRequest) -> None:
+def test_a_sample_that_does_not_exist_ends_the_collection(request: pytest.FixtureRequest) -> None:
     """A sample id that no longer exists is an error, because a test would leave the quick tier."""
     item = pytest.Function.from_parent(request.node.parent, name="test_x[a]", callobj=lambda: None)
     item.add_marker(pytest.mark.exhaustive(but=["a", "gone"]))

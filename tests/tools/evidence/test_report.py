@@ -1,4 +1,4 @@
-"""`make verification` runs checks, reuses results, and writes their page."""
+"""`make verification` runs checks, reuses earlier results, and writes the page of results."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ _CHECK = Check("a", "All of A", "tested", "About A.", (("cases", lambda f: f["n"
 
 
 class _Tool:
-    """A stand-in for the check that records its calls and writes its results."""
+    """A replacement for the program of a check. It records its calls and writes results."""
 
     def __init__(self, root: Path) -> None:
         self.file = root / "out/verification/a.json"
@@ -198,8 +198,11 @@ def test_each_check_has_its_target_and_every_source_is_there() -> None:
             assert list((docs.ROOT / source).parent.glob(f"{Path(source).name}*")), source
 
 
-def test_the_figures_that_are_kept_are_those_of_the_page() -> None:
-    """Every row has its value. tests/tools/docs compares the page itself."""
+def test_the_stored_figures_are_those_of_the_page() -> None:
+    """The stored figures are those of the page: every row has its value.
+
+    tests/tools/docs compares the page itself.
+    """
     kept = json.loads(page.KEPT.read_text(encoding="utf-8"))
     for check in CHECKS:
         if check.name in kept["checks"]:
@@ -221,8 +224,11 @@ def test_the_state_depends_on_names_and_contents(tmp_path: Path) -> None:
     assert checks.digest(("lib",), tmp_path) == third
 
 
-def test_each_property_has_a_row_with_what_it_rests_on() -> None:
-    """From a small out/prove.json, a row has a plain sentence, assumptions, goals and seconds."""
+def test_each_property_has_a_row_with_its_assumptions() -> None:
+    """Each property has a row: a sentence, its assumptions, its goals and the seconds.
+
+    The test uses a small out/prove.json.
+    """
     (prove,) = [check for check in CHECKS if check.name == "prove"]
     item: dict[str, Any] = {
         "name": "turn",

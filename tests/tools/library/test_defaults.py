@@ -17,7 +17,7 @@ from structured_text.projects.needed import needed
 from tiers import sampled
 
 _ANY = timedelta(seconds=5)
-#: Defaults that differ from the type's. Size is 256 for words beyond 48 bytes.
+#: Defaults that differ from the default of the type. Size is 256 for words beyond 48 bytes.
 _USUAL: dict[str, Value] = {
     "Axes": "ORIGIN_INCREMENTAL",
     "Axis": 1,
@@ -53,7 +53,7 @@ _SPECIAL: dict[tuple[str, str], Value] = {
     ("FB_Operator", "Timeout"): timedelta(seconds=10),
     ("FB_Interlock", "Timeout"): timedelta(seconds=60),
     ("FB_PowerUp", "Timeout"): timedelta(seconds=60),
-    ("FB_RcxProgramCall", "Timeout"): timedelta(0),  # its callers pass their own value
+    ("FB_RcxProgramCall", "Timeout"): timedelta(0),  # all callers of this block pass the value
     ("FB_ReturnToOrigin", "Timeout"): timedelta(seconds=60),
     ("FB_RealTimeValue", "Size"): 256,
     ("FB_RealTimeValueInWords", "Size"): 256,

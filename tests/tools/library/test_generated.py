@@ -16,7 +16,7 @@ BLOCKS = [name for name, block in library().blocks.items() if not block.handwrit
 
 
 def _parts(name: str) -> tuple[str, str, str]:
-    """Return the call with its request, the response, and the outputs at the end."""
+    """Return the parts of a block: the call with its request, the response, the last outputs."""
     text = (ROOT / library().blocks[name].file).read_text(encoding="utf-8")
     begin, end = text.index("  Job(Channel"), text.index("  Done := Job.Done;")
     call, found, response = text[begin:end].partition("  IF Job.Ended THEN")
@@ -24,7 +24,7 @@ def _parts(name: str) -> tuple[str, str, str]:
 
 
 @pytest.mark.parametrize("name", BLOCKS)
-def test_every_block_calls_hands_over_and_ends_in_the_same_way(name: str) -> None:
+def test_all_generated_blocks_are_built_alike(name: str) -> None:
     """All generated blocks are built alike, so two of them stand for all in the fault tests."""
     call, _, end = _parts(name)
     expected_call, _, expected_end = _parts("FB_MovePtp")
@@ -34,7 +34,10 @@ def test_every_block_calls_hands_over_and_ends_in_the_same_way(name: str) -> Non
 
 @pytest.mark.parametrize("name", BLOCKS)
 def test_a_block_samples_its_inputs_only_before_it_works(name: str) -> None:
-    """PLCopen: inputs are sampled on the rising edge."""
+    """A block samples its inputs before its command begins.
+
+    Source: PLCopen, inputs are sampled on the rising edge.
+    """
     text = (ROOT / library().blocks[name].file).read_text(encoding="utf-8")
     head, _, rest = text.partition("  IF Execute AND NOT (Job.Busy OR Job.WasExecute) THEN\n")
     after = rest.partition("\n  END_IF;\n\n  Job(")[2]

@@ -1,4 +1,4 @@
-"""No pin changes without a new version: `python -m rcx_tools.docs.pins`."""
+"""Pins change only with a new version: `python -m rcx_tools.docs.pins` checks this."""
 
 from __future__ import annotations
 
@@ -96,8 +96,8 @@ def test_what_is_written_is_read_again(
     assert pins.read(tmp_path / f"{version()}.toml") == pins.now()
 
 
-def test_the_table_has_what_users_can_name() -> None:
-    """The expected names are taken from the sources by hand."""
+def test_the_table_has_all_names_that_users_can_use() -> None:
+    """The table has all names that users can use. The expected names were found by hand."""
     table = pins.now()
     assert table["FB_SequenceControl"] == [
         "VAR_IN_OUT Robot : RCX_REF",
@@ -129,10 +129,10 @@ def test_the_table_has_what_users_can_name() -> None:
         ),
     ],
 )
-def test_bounds_and_initial_values_of_types_count(
+def test_a_change_of_bounds_or_initial_values_is_detected(
     tmp_path: Path, text: str, rows: list[str]
 ) -> None:
-    """Users rely on legal indices and on initial values."""
+    """A change of array bounds or of initial values of a type counts as a change for users."""
     file = tmp_path / "RCX_T.st"
     file.write_text(f"(*\n * RCX_T: a type.\n *)\nTYPE\n{text}END_TYPE\n", encoding="utf-8")
     now = pins.of_kind(kind_of(file))
@@ -142,7 +142,7 @@ def test_bounds_and_initial_values_of_types_count(
 
 
 def test_a_release_has_its_table() -> None:
-    """A version is released if the changelog gives its date."""
+    """Each released version has a table of pins. It is released if the changelog has its date."""
     text = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     for number, day in re.findall(r"^## (\d+\.\d+\.\d+) \((.+)\)$", text, re.MULTILINE):
         if day != "unreleased":

@@ -17,7 +17,7 @@ _FILES = sorted(signal_files())
 
 
 def _copy(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, path: str) -> Path:
-    """Copy the tables and this file, and let the generator use the copies."""
+    """Copy the tables and this source file, and let the generator use the copies."""
     shutil.copytree(ROOT / "spec", tmp_path / "spec")
     file = tmp_path / path
     file.parent.mkdir(parents=True)
@@ -56,7 +56,7 @@ def test_lines_without_a_begin_or_an_end_are_an_error_that_says_what_to_put_ther
     assert "End of the generated lines" in str(raised.value.hint)
 
 
-def test_a_mask_with_the_number_of_an_input_beside_it_is_its_bit() -> None:
+def test_a_mask_next_to_the_number_of_an_input_is_its_bit() -> None:
     """Source: manual chapter 5, 1: SI(00) to SI(07) are byte n + 32, SI(10) to SI(17) n + 33."""
     pattern = r"WORD#16#([0-9A-F]{4}); \(\* SI\((\d)(\d)\) \*\)"
     for file in LIBRARY:

@@ -73,7 +73,7 @@ def browser() -> Iterator[WebDriver]:
 
 
 class _Playground:
-    """The page as a user sees it."""
+    """The page of the playground as a user sees it."""
 
     def __init__(self, browser: WebDriver, address: str) -> None:
         self.browser = browser
@@ -90,7 +90,7 @@ class _Playground:
         WebDriverWait(self.browser, _LONGEST_S).until(lambda _: self.run(script), script)
 
     def seen(self) -> list[str]:
-        """Return the states that the page has reported since it was opened."""
+        """Return the states (texts) that the page has shown since it was opened."""
         return [str(one) for one in self.run("window.seenStates") or []]
 
     def finished(self) -> str:
@@ -133,7 +133,7 @@ class _Playground:
         )
 
     def trace(self) -> list[str]:
-        """Return the lines that the button saves."""
+        """Return the lines of the trace that the button saves."""
         text = self.browser.execute_async_script(
             "const done = arguments[0], make = URL.createObjectURL;"
             "HTMLAnchorElement.prototype.click = () => {};"
@@ -177,7 +177,10 @@ def test_the_first_chart_comes_with_the_robot_from_this_site_alone_in_less_than_
 
 @_full
 def test_the_progress_is_shown_while_python_loads(browser: WebDriver, server: _Server) -> None:
-    """The progress is shown from the first bytes on, in the header and in place of the chart."""
+    """While Python loads, the page shows the progress from the first bytes on.
+
+    It is shown in the header and in place of the chart.
+    """
     watch = """
       window.seenStates = [];
       addEventListener("DOMContentLoaded", () => {
@@ -334,7 +337,10 @@ def test_it_fits_narrow_and_wide_windows(
 def test_the_search_finds_the_users_block_first_and_internal_blocks_last(
     browser: WebDriver, server: _Server, query: str, expected: str
 ) -> None:
-    """The test queries the worker of the search as the page does."""
+    """The search finds the block of the user first and internal blocks last.
+
+    The test queries the search worker as the page does.
+    """
     browser.get(f"{server.url}/index.html")
     (worker,) = (_SITE / "assets/javascripts/workers").glob("search.*.js")
     script = """
@@ -399,7 +405,10 @@ def test_the_colours_follow_the_system_until_the_user_chooses(
 def test_the_playground_follows_the_switch_of_the_site(
     browser: WebDriver, server: _Server, page: _Playground
 ) -> None:
-    """The switch stores its choice. A page that is already open changes with it."""
+    """The playground follows the light/dark switch of the site, also while it is open.
+
+    The switch stores its choice.
+    """
     ink = "getComputedStyle(document.documentElement).colorScheme"
     chart = "document.getElementById('chart').srcdoc.match(/data-theme=\"(\\w+)\"/)[1]"
     switch = "document.querySelector('[data-md-component=palette] label:not([hidden])').click()"
@@ -442,7 +451,7 @@ def test_a_safety_note_is_the_most_visible_text(
 
 
 def _luminance(colour: str) -> float:
-    """Source: WCAG 2, relative luminance."""
+    """Return the relative luminance of a colour. Source: WCAG 2."""
     parts = [int(one) / 255 for one in re.findall(r"\d+", colour)[:3]]
     red, green, blue = (one / 12.92 if one <= 0.03928 else ((one + 0.055) / 1.055) ** 2.4
                         for one in parts)  # fmt: skip

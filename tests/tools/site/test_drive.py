@@ -1,4 +1,4 @@
-"""The functions that the playground's worker calls also work in this Python."""
+"""The functions that the worker of the playground calls also work outside of a browser."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def runner(tmp_path: Path) -> Runner:
 
 @pytest.fixture
 def run(runner: Runner) -> Run:
-    """Run an offered program, with other entries in its job, as the page does."""
+    """Run an example of the playground as the page does, with these entries of its job changed."""
 
     def asked(job: dict[str, Any], tell: Callable[[float], object] = print, **others: Any) -> Any:
         whole = {"rpi": 10_000, **job, **others, "name": job["title"]}
@@ -37,7 +37,10 @@ def run(runner: Runner) -> Run:
 
 
 def test_an_example_runs_to_its_recorded_trace(runner: Runner, run: Run) -> None:
-    """The example has two areas of 256 bytes at offsets, so its job has all keys."""
+    """An example gives its recorded trace.
+
+    It has two areas of 256 bytes at offsets, so all keys.
+    """
     shares: list[float] = []
     outcome = run(example_jobs()["02_extended_area"], shares.append)
     assert outcome["told"] == ("3000 ms: 300 scans of 10 ms, 2 remote commands, no broken rules")
@@ -60,8 +63,11 @@ def test_a_blocks_example_runs(run: Run) -> None:
     assert run(block_jobs()["FB_ServoOn"])["broken"] == []
 
 
-def test_one_command_is_said_as_one_command(run: Run) -> None:
-    """FB_ReadVersions executes one command. FB_ServoOn uses dedicated inputs only."""
+def test_the_number_of_remote_commands_is_in_words(run: Run) -> None:
+    """The result says "1 remote command" or "no remote commands".
+
+    FB_ReadVersions executes one command. FB_ServoOn uses only dedicated inputs.
+    """
     assert ", 1 remote command, no broken rules" in run(block_jobs()["FB_ReadVersions"])["told"]
     assert ", no remote commands, no broken rules" in run(block_jobs()["FB_ServoOn"])["told"]
 
@@ -107,8 +113,10 @@ def test_an_error_of_a_robot_file_says_its_line(run: Run) -> None:
     assert (error["file"], "best" in error["message"]) == ("robot1.toml", True)
 
 
-def test_a_broken_rule_is_told_with_its_time(run: Run) -> None:
-    """Two dedicated inputs change in one scan, in an area that no block has written.
+def test_a_broken_rule_is_reported_with_its_time(run: Run) -> None:
+    """A broken rule is reported with its time.
+
+    Two dedicated inputs change in one scan, in an area that no block has written.
 
     Source: manual chapter 5, 3
     """

@@ -1,4 +1,4 @@
-"""The site has its sources and its lock file, and its check detects faults."""
+"""The site is built from its sources and its lock file, and its check detects faults."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _HERE = Path("harness/rcx_tools/site")
 
 @pytest.fixture(scope="module")
 def pages() -> dict[str, str]:
-    """Return every page of the site's sources by its path."""
+    """Return a dictionary of paths to the pages in the sources of the site."""
     return {path: text.decode() for path, text in staged() if path.endswith(".md")}
 
 
@@ -109,7 +109,10 @@ def test_the_bundle_is_the_harness_unchanged(repository: Path, tmp_path: Path) -
 
 @pytest.mark.skipif(sys.version_info < (3, 11), reason="the site needs Python 3.11 or newer")
 def test_the_bundle_alone_is_enough_to_import_the_runner(tmp_path: Path) -> None:
-    """A browser has neither site-packages nor the rooms that are left out."""
+    """The bundle alone is enough to import the runner.
+
+    A browser has neither site-packages nor the folders that the bundle omits.
+    """
     (tmp_path / "bundle.zip").write_bytes(bundle())
     with ZipFile(tmp_path / "bundle.zip") as archive:
         archive.extractall(tmp_path)

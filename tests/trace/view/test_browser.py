@@ -1,4 +1,4 @@
-"""The page in a real browser, opened from its file: a user clicks, presses keys and reads."""
+"""The page of `rcx view` works in a real browser: a user clicks, presses keys and reads."""
 
 from __future__ import annotations
 
@@ -69,7 +69,7 @@ class Page:
         return str(dict(rows).get(name, ""))
 
     def shown(self) -> tuple[float, float]:
-        """Return the visible part of the time [s]."""
+        """Return the visible interval of the time axis [s]."""
         words = self.run("document.getElementById('plot').getAttribute('aria-label')").split()
         return float(words[2]), float(words[5])
 
@@ -113,7 +113,10 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(scope="module")
 def moving(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Return a YK610XEC with a turn of axis 1 by 90 degrees, and a robot without a model."""
+    """Return a trace of a YK610XEC that turns axis 1 by 90 degrees.
+
+    The second robot of the trace has no model.
+    """
     scara = RobotConfig(robot=("YK610XEC",)).axes
     config = RobotConfig(robot=("YK610XEC",), axes=(*scara, Axis(robot=2)))
     controller = Controller(config)
@@ -138,9 +141,9 @@ def page(browser: WebDriver, file: Path) -> Page:
 
 
 def test_a_click_leads_to_the_broken_rule_of_ten_minutes(page: Page) -> None:
-    """The rule's text and section appear.
+    """A click on a broken rule moves the cursor to its time and shows its text and section.
 
-    The cursor is at the time of the violation, and the signals have their values at that time.
+    The trace has ten minutes. The signals have their values at the time of the violation.
     """
     assert page.text("#rules") == "2 rules broken ▸"
     page.click("#rules")
@@ -171,7 +174,10 @@ def test_search_goes_to_the_next_edge_and_on_from_there(page: Page) -> None:
 
 
 def test_two_cursors_have_the_time_between_them(page: Page) -> None:
-    """The keys alone set cursor A at SI(00) and cursor B at SI(01)."""
+    """With two cursors, the time between them is shown.
+
+    Only keys are pressed: they set cursor A at a change of SI(00) and cursor B at SI(01).
+    """
     page.press("/", "SI(00) on", Keys.ENTER, Keys.ESCAPE)
     page.press("b", "/", "\ue003" * 30, "SI(01) on", Keys.ENTER, Keys.ESCAPE)
     assert page.text("#between output") == "1 s"
@@ -218,8 +224,11 @@ def test_a_click_into_the_chart_puts_the_cursor_and_a_drag_moves_the_chart(page:
     assert end - begin == pytest.approx(before[1] - before[0], abs=1)
 
 
-def test_two_fingers_zoom_and_what_is_under_them_stays(page: Page) -> None:
-    """The distance grows from 100 px to 200 px, so that half of the time is shown."""
+def test_two_fingers_zoom_and_the_time_under_them_stays_in_place(page: Page) -> None:
+    """Two fingers zoom, and the time under them stays in place.
+
+    Their distance grows from 100 px to 200 px, so half of the time is shown.
+    """
     begin, end = page.shown()
     box = page.run("document.getElementById('plot').getBoundingClientRect().toJSON()")
     y, left = box["top"] + 40, box["left"]
@@ -252,7 +261,10 @@ def test_resting_signals_are_shown_on_request(page: Page) -> None:
 
 
 def test_the_button_plays_the_run_and_pauses_it(browser: WebDriver, moving: Path) -> None:
-    """The cursor and the robot move along until the recording of 0.5 s ends."""
+    """The button plays the recording and pauses it. The cursor and the robot move with the time.
+
+    The recording has 0.5 s.
+    """
     page = Page(browser, moving)
     assert page.text("#play") == "▶ Play"
     page.run("document.getElementById('pace').value = '0.1'")
@@ -268,7 +280,7 @@ def test_the_button_plays_the_run_and_pauses_it(browser: WebDriver, moving: Path
 
 @pytest.mark.parametrize("width", [400, 760])
 def test_a_narrow_page_begins_with_the_robot(browser: WebDriver, moving: Path, width: int) -> None:
-    """The playground has such a narrow chart."""
+    """On a narrow page, as in the playground, the robot is the first element."""
     size = {"width": width, "height": 700, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:
@@ -325,10 +337,11 @@ def test_the_page_prints_on_a4_with_its_events(page: Page) -> None:
     assert [float(one) for one in box.groups()] == pytest.approx([841.9, 595.3], abs=1)
 
 
-def test_the_robots_stand_as_at_the_cursor(browser: WebDriver, moving: Path) -> None:
-    """The arms have 335 and 275 mm.
+def test_the_robots_are_drawn_in_their_pose_at_the_cursor(browser: WebDriver, moving: Path) -> None:
+    """The robots are drawn in their pose at the cursor.
 
-    They point to the front at first, and to the left after 90 degrees.
+    The arms have 335 and 275 mm. They point to the front at first, and to the left after 90
+    degrees.
     """
     page = Page(browser, moving)
 
@@ -406,12 +419,11 @@ _SEEN = """(() => {
 })()"""
 
 
-def test_the_line_of_a_task_is_marked_as_at_the_cursor(
-    browser: WebDriver, programmed: Path
-) -> None:
-    """Without a cursor, the line at the end is marked, where the task is stopped.
+def test_the_line_of_a_task_at_the_cursor_is_marked(browser: WebDriver, programmed: Path) -> None:
+    """The listing marks the line of the task at the cursor.
 
-    Line 7 is executed from 600 ms on. A click on it moves the cursor to that time.
+    Without a cursor, the last line is marked, where the task is stopped. Line 7 is executed from
+    600 ms on; a click on it moves the cursor to this time.
     """
     page = Page(browser, programmed)
     page.until(lambda: page.run(_MARKED) == ["stopped 50DELAY 50  ' the 50th"])
@@ -437,7 +449,7 @@ def test_playing_moves_the_line(browser: WebDriver, programmed: Path) -> None:
 
 @pytest.mark.parametrize("width", [400, 1280])
 def test_listings_fit_the_window(browser: WebDriver, programmed: Path, width: int) -> None:
-    """Long lines scroll in their listing and not with the page."""
+    """Listings fit the window: long lines scroll in their listing and not with the page."""
     size = {"width": width, "height": 800, "deviceScaleFactor": 1, "mobile": False}
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", size)
     try:

@@ -1,4 +1,7 @@
-"""A page shows robot programs. Expected values are those of the records, by hand."""
+"""A page of `rcx view` shows robot programs.
+
+Expected values were taken from the records by hand.
+"""
 
 from __future__ import annotations
 
@@ -51,8 +54,8 @@ def test_a_task_is_a_lane_with_the_statements_of_its_lines() -> None:
     assert page.groups()["Robot programs"] == ["Task 1", "Task 3"]
 
 
-def test_the_listings_are_in_the_page_with_the_place_of_each_text() -> None:
-    """The page needs no other file."""
+def test_the_page_has_the_listings_and_the_line_of_each_text() -> None:
+    """The page contains the listings, and maps each text of a task to program and line."""
     page = _shown(_cycle(0, _task(1, "ready")), _cycle(5, _task(2)))
     (entry,) = page.table["programs"]
     assert [one["lines"] for one in entry["programs"]] == [_PLACE["lines"], _LAMP["lines"]]
@@ -67,7 +70,7 @@ def test_the_listings_are_in_the_page_with_the_place_of_each_text() -> None:
 
 
 def test_each_controller_has_its_own_listings() -> None:
-    """Two programs of the same name have their own lines."""
+    """Each controller has its own listings, even for two programs of the same name."""
     other = {"name": "PLACE", "lines": ["MOVE P,P1"]}
     page = _shown(
         _cycle(0, _task(1)),
@@ -82,7 +85,7 @@ def test_each_controller_has_its_own_listings() -> None:
 
 
 def test_a_recording_without_tasks_has_no_listing() -> None:
-    """A judged trace has the header of the recording, but not its tasks."""
+    """A recording without tasks has no listing, such as a trace written by `rcx judge`."""
     records = [Cycle(0, 0, bytes(48), bytes(48))]
     assert _shown(*records).table["programs"] == []
     assert _shown(*records, programs=[]).table["programs"] == []
@@ -98,7 +101,10 @@ def test_a_header_with_other_programs_is_refused(programs: Any) -> None:
 
 
 def test_tasks_of_an_unknown_program_have_no_statement() -> None:
-    """The rest is shown although the header is from another run."""
+    """A task with an unknown program is shown without a statement.
+
+    The header is from another run.
+    """
     page = _shown(_cycle(0, _task(9, program="OTHER"), _task(99, task=2)))
     assert page.changes("Task 1") == [(-1, "OTHER:9")]
     assert page.changes("Task 2") == [(-1, "PLACE:99")]

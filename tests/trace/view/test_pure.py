@@ -1,4 +1,4 @@
-"""The scripts of the page work under node: reading, searching, cursors, choice of the level."""
+"""The scripts of the page that need no browser work in node.js."""
 
 from __future__ import annotations
 
@@ -16,8 +16,11 @@ _NODE = shutil.which("node")
 
 
 @pytest.mark.skipif(_NODE is None, reason="node is not installed")
-def test_the_parts_without_a_browser_work(tmp_path: Path) -> None:
-    """The parts are modules of their folder; the page contains them one after the other."""
+def test_the_scripts_that_need_no_browser_work(tmp_path: Path) -> None:
+    """Scripts that need no browser pass their own tests in node.js.
+
+    The scripts are modules of a folder. The page contains them one after the other.
+    """
     folder = files("rcx_harness.trace.view").joinpath("page")
     (tmp_path / "package.json").write_text('{"type": "module"}', encoding="utf-8")
     for name in SCRIPTS:
@@ -33,8 +36,8 @@ def test_the_parts_without_a_browser_work(tmp_path: Path) -> None:
     assert f"# pass {len(re.findall('^test', written, re.MULTILINE))}\n" in done.stdout
 
 
-def test_a_script_takes_only_from_those_before_it() -> None:
-    """A script uses only earlier scripts, so the page can contain them in this order."""
+def test_a_script_uses_only_earlier_scripts() -> None:
+    """A script uses only scripts that come before it in the page."""
     folder = files("rcx_harness.trace.view").joinpath("page")
     before: list[str] = []
     for name in SCRIPTS:

@@ -1,6 +1,6 @@
 """The drawing of a robot calculates joints, tool, hands and shifts as the virtual controller does.
 
-Both are written from the manual in two languages, independently of each other.
+The drawing (JavaScript) and the controller (Python) are written independently from the manual.
 """
 
 from __future__ import annotations

@@ -41,7 +41,9 @@ def _page(*records: Record, **header: Any) -> str:
 
 
 def test_signals_are_lanes_with_the_manuals_names_and_their_changes() -> None:
-    """SI(00) is bit 0 of byte n+32, SO(02) bit 2 of m+32.
+    """Each signal has a lane with its changes and its name in the manual.
+
+    SI(00) is bit 0 of byte n+32, SO(02) is bit 2 of m+32.
 
     Source: manual chapter 5, 1.
     """
@@ -60,8 +62,8 @@ def test_a_signal_that_is_on_at_first_is_no_event() -> None:
     assert (page.order(), page.table["begin"], page.table["end"]) == ([], 5_000_000, 5_010_000)
 
 
-def test_telegrams_are_shown_in_plain_words() -> None:
-    """The telegrams are MOVE, PTP, point 19 at 50 %, and alarm 12.600.
+def test_telegrams_are_shown_as_text() -> None:
+    """Telegrams are shown as text, here MOVE, PTP to point 19 at 50 %, and alarm 12.600.
 
     Source: guide 4.2.1; manual chapter 4, 4.
     """
@@ -79,10 +81,10 @@ def test_telegrams_are_shown_in_plain_words() -> None:
     assert commands[0][1] == commands[2][1] == idle == "status reset"
 
 
-def test_the_end_of_a_command_stands_before_the_reset_of_the_same_scan() -> None:
-    """A scan reads the end status, then writes 0: cause and effect have the same time.
+def test_the_end_of_a_command_is_shown_before_the_reset_of_the_same_scan() -> None:
+    """If a scan reads the end status and then writes 0, the end is shown before the reset.
 
-    The controller, in a cycle of its own, reads the command before it answers.
+    Both have the same time. On the side of the controller, the command is shown before its answer.
 
     Source: manual chapter 4, 3; spec of the trace: the area read at the start of a scan.
     """
@@ -150,8 +152,10 @@ def test_a_number_that_changes_more_than_50_times_is_a_curve_and_no_event() -> N
         assert len(page.order()) == (0 if is_curve else 50)
 
 
-def test_ports_are_shown_where_they_change_and_by_their_octal_numbers() -> None:
-    """Byte n+34 is SI2(), and n+40 is SI10(). In the large area, word 24 is at byte 48.
+def test_ports_that_change_are_shown_by_their_octal_numbers() -> None:
+    """Ports are shown only if they change, by their octal numbers.
+
+    Byte n+34 is SI2(), and n+40 is SI10(). In the large area, word 24 is at byte 48.
 
     Source: manual chapter 1, 4.1.
     """
@@ -199,9 +203,10 @@ _AXIS: dict[str, Any] = {"robot": 2, "kind": "axes", "axes": _ARM["axes"][:1]}
 
 
 def test_each_robot_has_its_shape_its_lanes_and_its_poses() -> None:
-    """In the first controller robot 1 has two axes and robot 2 has one.
+    """Each robot has its drawing, its lanes and its poses.
 
-    Nothing moves in the second.
+    In the first controller, robot 1 has two axes and robot 2 has one axis. In the second
+    controller, nothing moves.
     """
     names = ["Robot 1 axis 1 [pulses]", "Robot 1 axis 2 [pulses]", "Robot 2 axis 1 [pulses]"]
     left: tuple[dict[str, Any], ...] = ({"left": True}, {})
@@ -281,7 +286,7 @@ def test_a_wrong_record_is_one_message(
 
 
 class _Links(HTMLParser):
-    """A parser that collects everything a page would fetch."""
+    """A parser that collects all addresses that a page would load."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -299,7 +304,7 @@ def test_the_page_is_one_file_that_needs_no_other_and_is_the_same_each_time() ->
     links.feed(page)
     assert links.found == ["data:,"]
     named = re.findall(r"https?://[^\s\"']+", page)
-    assert named == ["http://www.w3.org/2000/svg"]  # a name space, which is never fetched
+    assert named == ["http://www.w3.org/2000/svg"]  # an XML name space
     assert "default-src 'none'" in page
     assert not re.search(r"^(import|export) ", page, re.MULTILINE)
     assert page == _page(_scan(0), _scan(10_000))

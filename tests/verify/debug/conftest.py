@@ -15,7 +15,7 @@ LAMPS = Path(__file__).parent / "programs" / "Lamps.st"
 
 @pytest.fixture
 def lamps() -> Path:
-    """Return a program with known scans: in the nth scan, C.Value is n and Doubled is 2 n.
+    """Return a program with known values: in the nth scan, C.Value is n and Doubled is 2 n.
 
     Lamp is DIM from the third scan on, and BRIGHT from the sixth.
     """
@@ -24,7 +24,7 @@ def lamps() -> Path:
 
 @pytest.fixture
 def editor() -> Iterator[Editor]:
-    """Return an editor that has not launched a program."""
+    """Return a client (editor) of the debugger that has not launched a program."""
     made = Editor()
     yield made
     made.close()
@@ -32,7 +32,7 @@ def editor() -> Iterator[Editor]:
 
 @pytest.fixture
 def at_entry(editor: Editor, lamps: Path) -> Callable[..., Editor]:
-    """Launch the lamps, and stop before their first statement."""
+    """Return an editor that has launched Lamps.st and has stopped before the first statement."""
 
     def start(**launch: Any) -> Editor:
         editor.start(sources=[str(lamps)], stopOnEntry=True, **launch)
@@ -43,7 +43,7 @@ def at_entry(editor: Editor, lamps: Path) -> Callable[..., Editor]:
 
 @pytest.fixture
 def stopped(editor: Editor, lamps: Path) -> Callable[..., Editor]:
-    """Launch the lamps with these breakpoints, and run to the first stop."""
+    """Launch Lamps.st with these breakpoints, and run to the first stop."""
 
     def start(*breakpoints: Any, **launch: Any) -> Editor:
         editor.start({lamps: list(breakpoints)}, sources=[str(lamps)], **launch)

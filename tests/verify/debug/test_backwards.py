@@ -1,6 +1,6 @@
 """The debugger goes back by statement, to breakpoints and to changes.
 
-Values that were set by hand are set again.
+Values that the user has set are set again when the scan is repeated.
 """
 
 from __future__ import annotations
@@ -68,8 +68,11 @@ def test_each_round_of_a_loop_is_a_hit(stopped: Start) -> None:
     assert (editor.value("Value"), editor.value("k")) == ("1", "2")
 
 
-def test_back_to_the_statement_that_changed_a_variable(at_entry: Start) -> None:
-    """Lamp becomes BRIGHT in the sixth scan by line 53, and DIM in the third by line 55."""
+def test_the_debugger_goes_back_to_the_statement_that_changed_a_variable(at_entry: Start) -> None:
+    """The debugger goes back to the statement that changed a variable.
+
+    Lamp becomes BRIGHT in the sixth scan by line 53, and DIM in the third by line 55.
+    """
     editor = at_entry()
     editor.go("rcx/stepScan", scans=200)
     frames = editor.request("stackTrace", threadId=1)["stackFrames"]
@@ -87,7 +90,10 @@ def test_back_to_the_statement_that_changed_a_variable(at_entry: Start) -> None:
 
 
 def test_a_change_from_outside_is_shown(editor: Editor, lamps: Path, tmp_path: Path) -> None:
-    """A stimulus at 45 ms takes effect in the scan at 50 ms, the sixth."""
+    """A change by a stimulus is shown in the scan in which it takes effect.
+
+    A stimulus at 45 ms takes effect in the scan at 50 ms, the sixth.
+    """
     stimulus = tmp_path / "off.toml"
     stimulus.write_text('[[at]]\ntime = "45ms"\nset = { "Main.Go" = false }\n')
     editor.start(sources=[str(lamps)], stimulus=str(stimulus), for_="1s")
@@ -96,8 +102,11 @@ def test_a_change_from_outside_is_shown(editor: Editor, lamps: Path, tmp_path: P
     assert (editor.line, editor.value("C.Value")) == (50, "5")
 
 
-def test_a_value_set_by_hand_is_set_again_at_its_moment(stopped: Start) -> None:
-    """Value becomes 100 inside the second scan, so two scans later it is 102."""
+def test_a_value_set_by_the_user_is_set_again_at_the_same_statement(stopped: Start) -> None:
+    """A value that the user has set is set again at the same statement of a repeated run.
+
+    Value becomes 100 inside the second scan, so two scans later it is 102.
+    """
     editor = stopped({"line": 28, "condition": "Value = 2"})
     editor.say("Value := 100")
     editor.go("rcx/stepScan", scans=3)
@@ -137,8 +146,11 @@ def test_commands_of_the_console(at_entry: Start) -> None:
         editor.say(".scan soon")
 
 
-def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repository: Path) -> None:
-    """Without a link, the program reads Connected as FALSE 100 ms after the last packet."""
+def test_an_injected_event_is_repeated_at_the_same_time(editor: Editor, repository: Path) -> None:
+    """An event that the user injects is repeated at the same time when the run is repeated.
+
+    Without a link, the program reads Connected as FALSE 100 ms after the last packet.
+    """
     example = repository / "plc" / "examples" / "04_pick_and_place"
     editor.start(sources=[str(example)], stopOnEntry=True, for_="2s")
     editor.say(".scan 100")
@@ -162,10 +174,11 @@ def test_an_event_of_a_robot_is_let_happen_at_a_moment(editor: Editor, repositor
 
 
 @pytest.mark.exhaustive
-def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) -> None:
-    """A run of 60,000 scans (10 minutes) has at most 1,000 snapshots, so one in 64 scans.
+def test_a_step_back_repeats_few_scans_even_after_a_long_run(lamps: Path) -> None:
+    """A step back repeats at most 64 scans, even after a long run.
 
-    Then at most 63 scans run again, and the scan that is shown.
+    A run of 60,000 scans (10 minutes) has at most 1,000 snapshots, one in 64 scans. The repeated
+    scans are at most 63, and the scan that is shown.
     """
     machine = launched({"sources": [str(lamps)], "for": "600s"}, []).machine
     player = Player(machine, Places(machine.program))
@@ -183,7 +196,10 @@ def test_a_step_back_runs_few_scans_again_however_long_the_run_was(lamps: Path) 
 
 
 def test_a_repeated_scan_is_the_same_to_the_byte(repository: Path, tmp_path: Path) -> None:
-    """A repeated scan is equal for the whole cell: program, random delays, network jitter."""
+    """A repeated scan gives the same bytes for the whole cell.
+
+    This includes the program, random delays and network jitter.
+    """
     stimulus = tmp_path / "start.toml"
     stimulus.write_text(
         '[[at]]\ntime = "100ms"\nset = { "Main.CellSafe" = true }\n'

@@ -14,7 +14,10 @@ Start = Callable[..., Editor]
 
 
 def test_a_breakpoint_moves_to_the_next_statement(at_entry: Start, lamps: Path) -> None:
-    """Line 27 is END_IF and line 54 is ELSIF. After line 58 there are no statements."""
+    """A breakpoint at a line without a statement moves to the next statement.
+
+    Line 27 is END_IF and line 54 is ELSIF. After line 58 there are no statements.
+    """
     editor = at_entry()
     told = editor.set(lamps, 27, 54, 50, 59)
     assert [one.get("line") for one in told] == [28, 55, 50, None]
@@ -36,7 +39,10 @@ def test_lines_with_statements_are_listed(at_entry: Start, lamps: Path) -> None:
 
 
 def test_a_condition_is_an_expression_of_the_block(stopped: Start) -> None:
-    """Value is n in the n-th scan, and k counts the iterations."""
+    """The condition of a breakpoint is an expression with the variables of the block.
+
+    Value is n in the n-th scan, and k counts the iterations.
+    """
     editor = stopped({"line": 30, "condition": "Value = 4 AND k > 2"})
     assert (editor.line, editor.value("Value"), editor.value("k")) == (30, "4", "3")
 
@@ -85,8 +91,11 @@ def test_hits_that_are_run_again_are_the_same_hits(stopped: Start) -> None:
     assert editor.value("Value") == "4"
 
 
-def test_a_logpoint_speaks_once_for_each_hit_and_does_not_stop(editor: Editor, lamps: Path) -> None:
-    """A breakpoint after it makes the scan run twice, but it prints only once."""
+def test_a_logpoint_prints_once_for_each_hit_and_does_not_stop(editor: Editor, lamps: Path) -> None:
+    """A logpoint prints once for each hit and does not stop the run.
+
+    A breakpoint after the logpoint makes the scan run twice, but the logpoint prints once.
+    """
     log = {"line": 28, "logMessage": "value {Value}, doubled {Value * 2}"}
     editor.start({lamps: [log, {"line": 58, "condition": "Doubled = 6"}]}, sources=[str(lamps)])
     assert [one for one in editor.output if one.startswith("value")] == [
@@ -97,7 +106,10 @@ def test_a_logpoint_speaks_once_for_each_hit_and_does_not_stop(editor: Editor, l
 
 
 def test_a_block_can_be_named_instead_of_a_line(at_entry: Start) -> None:
-    """The run stops at the first statement of each call, but not of each loop iteration."""
+    """If a breakpoint names a block, the run stops at the first statement of each call.
+
+    It does not stop in each loop iteration.
+    """
     editor = at_entry()
     wanted = [{"name": "twice"}, {"name": "Thrice"}]
     told = editor.request("setFunctionBreakpoints", breakpoints=wanted)["breakpoints"]
@@ -118,8 +130,11 @@ def _watched(editor: Editor, name: str) -> list[dict[str, Any]]:
     return found
 
 
-def test_a_data_breakpoint_stops_behind_the_change(at_entry: Start) -> None:
-    """Lamp is DARK, then DIM in the third scan (line 55), then BRIGHT in the sixth (line 53)."""
+def test_a_data_breakpoint_stops_after_the_change(at_entry: Start) -> None:
+    """A data breakpoint stops after the statement that changes the variable.
+
+    Lamp is DARK, then DIM in the third scan (line 55), then BRIGHT in the sixth (line 53).
+    """
     editor = at_entry()
     assert _watched(editor, "Lamp")[0]["verified"]
     why = editor.go()
@@ -144,7 +159,10 @@ def test_variables_of_a_call_are_not_watched(stopped: Start) -> None:
 
 
 def test_a_division_by_zero_stops_at_its_statement_with_the_stack_there(at_entry: Start) -> None:
-    """After a correction by hand, the run continues from there."""
+    """A division by zero stops the run at its statement, with its call stack.
+
+    After the user has corrected a variable, the run continues from there.
+    """
     editor = at_entry()
     editor.go("rcx/stepScan", scans=3)
     editor.say("Divisor := 0")
@@ -183,10 +201,13 @@ END_PROGRAM
 
 
 @pytest.mark.parametrize("filters", [["rules"], []])
-def test_a_broken_rule_stops_behind_its_scan_if_that_is_wanted(
+def test_a_broken_rule_stops_the_run_after_its_scan_if_requested(
     editor: Editor, tmp_path: Path, filters: list[str]
 ) -> None:
-    """Bytes n+46 and n+47 are reserved (manual chapter 1, 4.1)."""
+    """If requested, a broken rule stops the run after its scan.
+
+    Bytes n+46 and n+47 are reserved (manual chapter 1, 4.1).
+    """
     program = tmp_path / "Breaks.st"
     program.write_text(_BREAKS)
     editor.request("initialize")

@@ -25,10 +25,11 @@ def _missing() -> str:
     return "" if found.returncode == 0 else f"{_PACKAGE} is not installed: {hint}"
 
 
-def test_a_client_of_others_debugs_forwards_and_backwards(lamps: Path) -> None:
-    """Line 54 has no statement, so the stop is in line 55. There 2 * 3 = 6, and Lamp was DARK.
+def test_the_client_of_vs_code_debugs_forwards_and_backwards(lamps: Path) -> None:
+    """The debug client of VS Code's own adapters can debug forwards and backwards.
 
-    The run is of 1 s with a scan of 10 ms: 100 scans.
+    Line 54 has no statement, so the stop is in line 55. There 2 * 3 = 6, and Lamp was DARK. The run
+    has 100 scans of 10 ms.
     """
     if reason := _missing():
         pytest.skip(reason)

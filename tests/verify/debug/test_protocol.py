@@ -1,4 +1,4 @@
-"""An editor starts the adapter: framing, standard input and output, a port, bad input."""
+"""The debug adapter handles its protocol on standard input and on a port, and bad input."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _LONGEST = 60
 LAMPS = Path(__file__).parent / "programs" / "Lamps.st"
 
 
-def test_a_message_is_json_behind_its_length() -> None:
+def test_a_message_is_json_after_its_length() -> None:
     """Source: the protocol's overview, Base Protocol: the length counts bytes, not letters."""
     assert encoded({"a": "ä"}) == b'Content-Length: 10\r\n\r\n{"a":"\xc3\xa4"}'
 
@@ -64,7 +64,9 @@ _DEEP = b"[" * 100_000
     ],
 )
 def test_a_wrong_message_is_refused(data: bytes) -> None:
-    """A web page can send HTTP to any port. A header of the protocol has fields only.
+    """A malformed message is refused, such as HTTP that a web page sends to the port.
+
+    A header of the protocol has only fields.
 
     Source: a defect report: the protocol's overview, Base Protocol.
     """
@@ -72,7 +74,7 @@ def test_a_wrong_message_is_refused(data: bytes) -> None:
         read_message(io.BytesIO(data))
 
 
-def test_a_header_without_end_is_not_read_on() -> None:
+def test_a_header_without_an_end_is_read_only_up_to_a_limit() -> None:
     """Source: a defect report: the port limits header and body."""
     stream = io.BytesIO(b"x" * 100_000)
     with pytest.raises(InputError, match="debug adapter protocol"):
@@ -123,7 +125,7 @@ def test_on_standard_output_there_is_nothing_but_messages(lamps: Path) -> None:
 
 
 def test_the_adapter_ends_with_its_client(lamps: Path) -> None:
-    """VS Code sends a disconnect request, but does not close the streams."""
+    """The adapter ends after a disconnect request. VS Code does not close the streams."""
     pipe = subprocess.PIPE
     with subprocess.Popen(_RCX, stdin=pipe, stdout=pipe, stderr=pipe) as process:
         assert process.stdin is not None
@@ -154,7 +156,7 @@ def port() -> Iterator[tuple[int, str]]:
 
 
 def _answers(port: int, data: bytes) -> list[dict[str, Any]]:
-    """Return the messages that a client receives until the adapter ends the connection."""
+    """Send messages to the port, and return the answers until the adapter ends the connection."""
     with socket.create_connection(("127.0.0.1", port), _LONGEST) as client:
         client.sendall(data)
         received = b""
@@ -189,15 +191,15 @@ def test_a_wrong_token_launches_nothing(port: tuple[int, str], given: dict[str, 
     assert "token" in answer["message"]
 
 
-def test_a_web_page_is_answered_nothing(port: tuple[int, str]) -> None:
+def test_a_web_page_gets_no_answer(port: tuple[int, str]) -> None:
     """Source: a defect report: it refuses what is not the debug adapter protocol."""
     body = _launches(token=port[1])
     head = f"POST / HTTP/1.1\r\nOrigin: http://evil.example\r\nContent-Length: {len(body)}\r\n\r\n"
     assert _answers(port[0], head.encode() + body) == []
 
 
-def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) -> None:
-    """The connection of a refused client is closed, so that its next message fails at once.
+def test_a_refused_client_cannot_send_more_messages(port: tuple[int, str]) -> None:
+    """A refused client cannot send more messages, because its connection is closed at once.
 
     Source: docs/how-to/debug.md, the port
     """
@@ -208,7 +210,7 @@ def test_a_client_that_is_refused_cannot_go_on_sending(port: tuple[int, str]) ->
         sock.sendall(b"x" * 64_000_000)
 
 
-def test_a_token_of_the_environment_that_can_be_guessed_is_refused(
+def test_a_short_token_in_the_environment_is_refused(
     monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """Source: docs/how-to/debug.md, any other client."""
@@ -260,10 +262,10 @@ def test_a_port_that_is_taken_is_named() -> None:
         ({"recording": "gone.jsonl"}, "gone.jsonl: cannot be read: No such file or directory"),
     ],
 )
-def test_a_wrong_launch_is_one_message(
+def test_a_launch_with_wrong_arguments_gives_one_message(
     editor: Editor, lamps: Path, launch: dict[str, Any], message: str
 ) -> None:
-    """The exit code is 2, as for all bad input."""
+    """A launch with wrong arguments gives one message and exit code 2."""
     given = {key: [str(lamps)] if one == ["LAMPS"] else one for key, one in launch.items()}
     with pytest.raises(RefusedError) as refused:
         editor.request("launch", **given)
@@ -276,7 +278,10 @@ def test_a_wrong_launch_is_one_message(
 
 
 def test_options_have_the_names_that_they_have_in_rcx_run(editor: Editor, lamps: Path) -> None:
-    """`onLoss`, `on-loss` and `on_loss` are the same. Lists are options that are repeated."""
+    """Launch arguments have the names of the options of `rcx run`.
+
+    `onLoss`, `on-loss` and `on_loss` are the same. Lists are repeated options.
+    """
     launch: dict[str, Any] = {"scan": "20ms", "on-loss": "clear", "seed": 3, "m": [0]}
     launch["onLoss"] = "clear"
     editor.start(sources=[str(lamps)], for_="100ms", __sessionId="x", **launch)
@@ -332,7 +337,7 @@ _WRONG: list[Any] = [[], 0, -1, "x", {}, None, True, 1e308, [1], [[]], {"a": 1},
 def test_arguments_of_wrong_types_are_answered(
     at_entry: Callable[..., Editor], command: str, keys: list[str]
 ) -> None:
-    """The next request is answered in every case.
+    """A request with arguments of wrong types gets an error, and the next request is answered.
 
     Source: a defect report: the debug adapter with wrong types or deep JSON.
     """
@@ -352,7 +357,7 @@ def test_arguments_of_wrong_types_are_answered(
     )
 
 
-def test_a_request_that_is_no_request_is_answered(editor: Editor) -> None:
+def test_a_malformed_request_is_answered(editor: Editor) -> None:
     """Source: a defect report."""
     for message in (
         {"type": "request", "command": ["launch"]},
@@ -364,8 +369,8 @@ def test_a_request_that_is_no_request_is_answered(editor: Editor) -> None:
         assert isinstance(answer["request_seq"], int)
 
 
-def test_a_number_that_nothing_has_opens_nothing(at_entry: Callable[..., Editor]) -> None:
-    """Source: the protocol: a reference of 0 is none; frames and variables have those from 1."""
+def test_an_unknown_reference_has_no_variables(at_entry: Callable[..., Editor]) -> None:
+    """Source: debug adapter protocol: a reference of 0 means none; references begin at 1."""
     editor = at_entry()
     editor.scope("Variables")
     for number in (0, -1, 999):
@@ -377,7 +382,7 @@ def test_a_number_that_nothing_has_opens_nothing(at_entry: Callable[..., Editor]
 
 @pytest.mark.exhaustive
 def test_the_extension_for_vs_code_is_written(tmp_path: Path) -> None:
-    """The command replaces its own extension, but not another one."""
+    """`rcx debug --vscode` writes its extension, and does not replace another extension."""
     folder = tmp_path / "extension"
     command = [*_RCX, "--vscode", str(folder)]
     for _ in range(2):

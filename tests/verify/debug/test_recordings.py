@@ -38,8 +38,11 @@ def _written(
     return file
 
 
-def test_the_program_is_given_what_it_was_given(tmp_path: Path, editor: Editor) -> None:
-    """Go is FALSE in 3 of 10 scans, so Value is 7."""
+def test_a_recording_gives_the_program_its_recorded_inputs(tmp_path: Path, editor: Editor) -> None:
+    """A recording gives the program the values that it was given in the test.
+
+    Go is FALSE in 3 of 10 scans, so Value is 7.
+    """
     program = Path(shutil.copy(LAMPS, tmp_path))
     cell, recorded = _cell(program)
     with cell:
@@ -182,8 +185,11 @@ def test_a_recording_excludes_other_options(tmp_path: Path, editor: Editor) -> N
         editor.request("launch", recording="x.jsonl", scan="5ms")
 
 
-def test_a_broken_rule_is_met_where_it_was(tmp_path: Path, editor: Editor) -> None:
-    """Bytes n+46 and n+47 are reserved (manual chapter 1, 4.1). They change in scan 20."""
+def test_a_broken_rule_is_shown_at_its_scan(tmp_path: Path, editor: Editor) -> None:
+    """A broken rule of a recording is shown at the scan that broke it.
+
+    Bytes n+46 and n+47 are reserved (manual chapter 1, 4.1). They change in scan 20.
+    """
     program = tmp_path / "Breaks.st"
     program.write_text(
         "PROGRAM Breaks\n  VAR\n    InputArea : RCX_IMAGE; OutputArea : RCX_IMAGE;\n"
@@ -200,8 +206,11 @@ def test_a_broken_rule_is_met_where_it_was(tmp_path: Path, editor: Editor) -> No
 
 
 @pytest.mark.exhaustive
-def test_a_failed_test_leaves_one(pytester: pytest.Pytester, editor: Editor) -> None:
-    """The recording is in the folder of the chart and the trace. A passing test leaves none."""
+def test_a_failed_test_writes_a_recording(pytester: pytest.Pytester, editor: Editor) -> None:
+    """A failed test writes a recording into the folder of the chart and the trace.
+
+    A passing test writes none.
+    """
     shutil.copy(LAMPS, pytester.path)
     pytester.makeini("[pytest]\nrcx_sources = Lamps.st\nrcx_artifacts = kept\n")
     pytester.makepyfile(

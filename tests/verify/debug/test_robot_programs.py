@@ -1,4 +1,4 @@
-"""The debugger shows robot programs beside the PLC: breakpoints, threads, steps, values.
+"""The debugger shows robot programs beside the PLC, with breakpoints, threads, steps and values.
 
 The PLC of Shake.st starts SHAKE.PGM in task 1 and requests work by SI(20). SHAKE.PGM starts
 SIDE.PGM in task 2.
@@ -18,7 +18,7 @@ from rcx_harness.verify.debug.robot_programs import robot_programs
 
 FOLDER = Path(__file__).parent / "programs"
 PLC, MAIN, SIDE = FOLDER / "Shake.st", FOLDER / "SHAKE.PGM", FOLDER / "SIDE.PGM"
-#: Numbers of the threads, of which the program of the PLC is the first.
+#: Numbers of the debugger's threads. The first thread is the program of the PLC.
 TASK_1, TASK_2 = 2, 3
 
 Start = Callable[..., Editor]
@@ -26,7 +26,7 @@ Start = Callable[..., Editor]
 
 @pytest.fixture
 def shaking(editor: Editor) -> Start:
-    """Launch the cell with breakpoints by file, and run to the first."""
+    """Launch the cell with these breakpoints in its files, and run to the first stop."""
 
     def start(breakpoints: dict[str | Path, list[Any]]) -> Editor:
         editor.start(breakpoints, sources=[str(PLC)], robot=str(FOLDER / "shake.toml"))
@@ -36,7 +36,7 @@ def shaking(editor: Editor) -> Start:
 
 
 def _lines(editor: Editor, command: str, thread: int, times: int) -> list[int]:
-    """Repeat a command in a thread, and return the lines at which that thread stops."""
+    """Repeat a command (a step) in a thread, and return the lines where the thread stops."""
     found = []
     for _ in range(times):
         assert editor.go(command, thread)["threadId"] == thread
@@ -45,7 +45,10 @@ def _lines(editor: Editor, command: str, thread: int, times: int) -> list[int]:
 
 
 def test_a_breakpoint_stops_the_task_that_reaches_its_line(shaking: Start) -> None:
-    """The PLC stops between two scans. SIDE has not been started."""
+    """A breakpoint stops the task that reaches its line, and the PLC between two scans.
+
+    SIDE has not been started.
+    """
     editor = shaking({MAIN: [2]})
     assert editor.stack(TASK_1) == [("SHAKE", 2)]
     assert editor.stack(1)[0][0] == "Main (Shake), between two scans"
@@ -57,7 +60,10 @@ def test_a_breakpoint_stops_the_task_that_reaches_its_line(shaking: Start) -> No
 
 
 def test_a_breakpoint_moves_to_the_next_statement(shaking: Start) -> None:
-    """Line 1 is a comment, lines 3 and 10 are labels, and line 14 does not exist."""
+    """A breakpoint at a line without a statement moves to the next statement of the robot program.
+
+    Line 1 is a comment, lines 3 and 10 are labels, and line 14 does not exist.
+    """
     editor = shaking({MAIN: [2]})
     found = editor.set(MAIN, 1, 3, 4, 10, 14)
     assert [one.get("line") for one in found] == [2, 4, 4, 11, None]
@@ -86,7 +92,10 @@ def test_what_cannot_be_a_breakpoint_is_refused(shaking: Start) -> None:
 
 
 def test_a_condition_is_an_expression_of_the_robot_language(shaking: Start) -> None:
-    """N% is 3 for the first time in the fourth request. Point 900 is not defined."""
+    """A condition of a breakpoint is an expression of the robot language.
+
+    N% is 3 for the first time in the fourth request. Point 900 is not defined.
+    """
     editor = shaking({MAIN: [{"line": 5, "condition": "n% = 3 and si(20)=1"}]})
     assert editor.value("N%", thread=TASK_1) == "3"
     editor.go("reverseContinue")
@@ -101,7 +110,7 @@ def test_a_condition_is_an_expression_of_the_robot_language(shaking: Start) -> N
 
 
 def test_hits_are_counted(shaking: Start) -> None:
-    """In the third request, N% is 2 before line 5."""
+    """A breakpoint can stop at its third hit. In the third request, N% is 2 before line 5."""
     editor = shaking({MAIN: [{"line": 5, "hitCondition": "3"}]})
     assert editor.value("N%", thread=TASK_1) == "2"
 
@@ -115,8 +124,8 @@ def test_steps_go_over_into_and_out_of_subroutines(shaking: Start) -> None:
     assert _lines(editor, "next", TASK_1, 1) == [7], "over the GOSUB"
 
 
-def test_the_plc_goes_on_while_a_task_waits(shaking: Start) -> None:
-    """Before the WAIT of the task ends, the PLC must see SO(20) and switch SI(20) OFF."""
+def test_the_plc_continues_while_a_task_waits(shaking: Start) -> None:
+    """While a task waits, the PLC continues: it must read SO(20) and turn SI(20) OFF."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     assert editor.value("Answered") == "0"
     assert _lines(editor, "next", TASK_1, 1) == [8]
@@ -124,7 +133,10 @@ def test_the_plc_goes_on_while_a_task_waits(shaking: Start) -> None:
 
 
 def test_a_step_in_the_plc_ends_in_the_plc(shaking: Start) -> None:
-    """Both robot tasks continue to run. The stack shows the statement of the PLC program."""
+    """A step in the PLC ends in the PLC, while both robot tasks continue to run.
+
+    The stack shows the statement of the PLC program.
+    """
     editor = shaking({MAIN: [{"line": 5, "hitCondition": "1"}]})
     assert editor.go("next", 1)["threadId"] == 1
     assert editor.stack(1) == [("Main (Shake)", 10)]
@@ -136,9 +148,9 @@ def test_a_step_in_the_plc_ends_in_the_plc(shaking: Start) -> None:
 
 
 def test_a_task_shows_its_variables(shaking: Start) -> None:
-    """SIDE has called COUNTED with M% as X%, which has no value of its own.
+    """A task shows its variables, including the parameters of a call.
 
-    Before line 7 of the second call, M% and Y% are 1.
+    SIDE has called COUNTED with M% passed as X%. Before line 7 of the second call, M% and Y% are 1.
     """
     editor = shaking({SIDE: [{"line": 7, "hitCondition": "2"}]})
     assert editor.stack(TASK_2) == [("COUNTED", 7), ("SIDE", 2)]
@@ -151,11 +163,11 @@ def test_a_task_shows_its_variables(shaking: Start) -> None:
     assert set(ports) == {"SI(20)", "SO(20)"}
     assert "SGI3" in editor.scope("SGI, SGR", thread=TASK_1)
     number = editor.value("N%", thread=TASK_1)
-    assert editor.value(" sgi3", thread=TASK_1) == number, "names in any case"
+    assert editor.value(" sgi3", thread=TASK_1) == number, "names are not case-sensitive"
 
 
 def test_the_console_shows_plc_and_tasks_side_by_side(shaking: Start) -> None:
-    """The console shows PLC and tasks at each stop, and after .where."""
+    """The console shows the lines of PLC and tasks at each stop, and after the command `.where`."""
     editor = shaking({MAIN: [{"line": 7, "hitCondition": "1"}]})
     shown = editor.say(".where")
     first, *tasks = shown.splitlines()
@@ -171,8 +183,11 @@ def test_the_console_shows_plc_and_tasks_side_by_side(shaking: Start) -> None:
     assert ": PLC: Main (Shake), line 10\n" in editor.say(".where")
 
 
-def test_back_goes_through_the_lines_of_a_task(shaking: Start) -> None:
-    """The way back includes the GOSUB of line 6, and scans in which the task waits."""
+def test_stepping_back_goes_through_the_lines_of_a_task(shaking: Start) -> None:
+    """Stepping back goes through the lines of a task, here with the GOSUB of line 6.
+
+    It includes scans in which the task waits.
+    """
     editor = shaking({MAIN: [{"line": 8, "hitCondition": "2"}]})
     assert editor.value("N%", thread=TASK_1) == "2"
     assert _lines(editor, "stepBack", TASK_1, 6) == [7, 6, 5, 4, 9, 8]
@@ -195,7 +210,10 @@ def test_back_to_a_breakpoint_of_a_robot_program(shaking: Start) -> None:
 
 
 def test_programs_of_several_robots_and_of_an_all_file(tmp_path: Path) -> None:
-    """MAIN begins in line 3 of the file. Each robot has its own tasks."""
+    """Programs of several robots and of an ALL file are shown with their lines.
+
+    MAIN begins in line 3 of the file. Each robot has its own tasks.
+    """
     (tmp_path / "CELL.ALL").write_text("[PGM]\nNAME=MAIN\n*L:\nSGI0=2\nGOTO *L\n\n[END]\n")
     (tmp_path / "robot.toml").write_text('data_file = "CELL.ALL"\n')
     file = str(tmp_path / "CELL.ALL")

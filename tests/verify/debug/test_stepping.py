@@ -1,4 +1,4 @@
-"""The debugger steps forwards by statement, over and out of calls, by scan, and to the end."""
+"""The debugger steps forwards: by statement, over and out of calls, by scan, and to the end."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def test_each_statement_and_each_round_is_a_step(at_entry: Start) -> None:
     assert editor.value("C.Value") == "1"
 
 
-def test_a_step_over_leaves_calls_out(at_entry: Start) -> None:
+def test_a_step_over_does_not_enter_calls(at_entry: Start) -> None:
     """Source: programs/Lamps.st, by hand."""
     editor = at_entry()
     lines = [editor.line]
@@ -36,7 +36,7 @@ def test_a_step_over_leaves_calls_out(at_entry: Start) -> None:
     assert lines == [50, 51, 52, 57, 58, 50]
 
 
-def test_a_step_out_ends_behind_the_call_or_in_the_next_scan(at_entry: Start) -> None:
+def test_a_step_out_ends_after_the_call_or_in_the_next_scan(at_entry: Start) -> None:
     """Source: programs/Lamps.st, by hand."""
     editor = at_entry()
     editor.go("stepIn")
@@ -67,8 +67,11 @@ def test_a_step_by_scans_stops_before_their_first_statement(at_entry: Start) -> 
     assert editor.value("C.Value") == "7"
 
 
-def test_at_its_end_a_run_stops_so_that_one_can_go_back(editor: Editor, lamps: Path) -> None:
-    """In 100 ms with a scan of 10 ms, ten scans run: at 0, 10, ... 90 ms."""
+def test_a_run_stops_at_its_end_so_that_the_user_can_go_back(editor: Editor, lamps: Path) -> None:
+    """At its end a run stops, so that the user can go back.
+
+    In 100 ms with a scan of 10 ms, ten scans run: at 0, 10, ... 90 ms.
+    """
     why = editor.start(sources=[str(lamps)], for_="100ms")
     assert why["text"] == "the end of the run (100ms)"
     assert editor.value("C.Value") == "10"
@@ -98,7 +101,10 @@ def test_while_it_runs_what_needs_a_stop_is_refused(editor: Editor, lamps: Path)
 
 
 def test_two_programs_are_two_threads(editor: Editor, tmp_path: Path, lamps: Path) -> None:
-    """The intervals are 10 ms and 20 ms, so the second program runs in every second scan."""
+    """Two programs are shown as two threads.
+
+    Their intervals are 10 ms and 20 ms, so the second program runs in every second scan.
+    """
     (tmp_path / "Slow.st").write_text(
         "PROGRAM Slow\n  VAR\n    Turns : INT;\n  END_VAR\n  Turns := Turns + 1;\nEND_PROGRAM\n"
     )

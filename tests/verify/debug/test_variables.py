@@ -22,7 +22,7 @@ def test_the_scopes_of_a_block_and_of_its_caller(stopped: Start) -> None:
     assert _values(editor.scope("Inputs, outputs")) == {"Up": "TRUE", "Value": "2"}
     inner = editor.scope("Variables")
     assert inner["k"]["value"] == "2"
-    # Two iterations of this scan are done, and the third value is from the previous scan.
+    # Two iterations of this scan have run, and the third value is from the previous scan.
     assert inner["Steps"]["value"] == "[2, 2, 1]"
     assert inner["Steps"]["type"] == "ARRAY [1..3] OF DINT"
     steps = editor.below(inner["Steps"])
@@ -39,8 +39,8 @@ def test_a_function_shows_what_lasts_for_its_call(stopped: Start) -> None:
     assert _values(editor.scope("Variables")) == {"Sum": "3", "Twice": "0"}
 
 
-def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:
-    """RCX_IMAGE has 512 bytes, which the client requests in pages."""
+def test_a_long_array_is_shown_in_pages(at_entry: Start) -> None:
+    """A long array is shown in pages, as the client requests it. RCX_IMAGE has 512 bytes."""
     editor = at_entry()
     area = editor.scope("Variables")["InputArea"]
     assert area["indexedVariables"] == 512
@@ -64,7 +64,10 @@ def test_a_long_array_comes_page_by_page(at_entry: Start) -> None:
     ],
 )
 def test_an_expression_has_its_own_value(stopped: Start, expression: str, value: str) -> None:
-    """The program stops in the third scan before line 57: Value is 3, Doubled 6, Lamp DIM."""
+    """An expression is evaluated at the stop: in the third scan, before line 57.
+
+    There Value is 3, Doubled is 6, and Lamp is DIM.
+    """
     assert stopped({"line": 57, "condition": "Doubled = 6"}).value(expression) == value
 
 
@@ -157,7 +160,9 @@ def test_names_are_completed(at_entry: Start) -> None:
 
 
 def test_areas_and_telegrams_are_decoded(editor: Editor, repository: Path, tmp_path: Path) -> None:
-    """The servos turn on after the start. Then the hand opens by DO(20), command 0x0301.
+    """Areas and telegrams are shown with the names of their signals and commands.
+
+    The servos turn ON after the start. Then the hand opens by DO(20), command 0x0301.
 
     Source: manual chapter 5, 1 (SO(02) is bit 2 of m+32); guide, I/O port assignment.
     """

@@ -1,4 +1,7 @@
-"""The exploration of a cell with its controller has events, and distinguishes states."""
+"""A cell with its controller can be explored, with events such as a lost link.
+
+The exploration distinguishes all states that behave differently.
+"""
 
 from __future__ import annotations
 
@@ -18,7 +21,7 @@ from structured_text.errors import InputError
 
 Captured = pytest.CaptureFixture[str]
 _CELL = HANDSHAKES / "cell"
-#: The time after which PowerUp's time limits of 10 s have run out, so that its clocks stand still.
+#: Time after which the time limits of PowerUp (10 s) have ended, so its timers no longer change.
 _BEGIN_US = 13_000_000
 
 
@@ -34,7 +37,7 @@ def _settings(**given: object) -> CellSettings:
 
 @pytest.fixture(scope="module")
 def cell() -> Cell:
-    """Return the cell in which the robot brings one part after the other."""
+    """Return a cell in which the robot brings parts in a loop."""
     made = _cells().make().cell(0, keep=0)
     Stimulus.load(_CELL / "stimulus.toml").schedule(made)
     return made
@@ -48,8 +51,8 @@ def states(cell: Cell) -> CellStates:
     return made
 
 
-def test_a_state_is_the_same_after_the_way_there_and_back(cell: Cell, states: CellStates) -> None:
-    """A restored state equals the stored one, also in the middle of a movement."""
+def test_a_restored_state_equals_the_stored_state(cell: Cell, states: CellStates) -> None:
+    """A restored state equals the stored state, also in the middle of a movement."""
     while not cell.robot.machine.motion.under_way:
         cell.run("5ms")
     before, key = states.freeze(), states.key()
@@ -63,7 +66,10 @@ def test_a_state_is_the_same_after_the_way_there_and_back(cell: Cell, states: Ce
 
 
 def test_a_cycle_of_the_handshake_recurs(cell: Cell, states: CellStates) -> None:
-    """Two parts take a whole number of scans. Then the PLC names the first place again."""
+    """The states of a handshake recur after two parts, which take a whole number of scans.
+
+    Then the PLC names the first place again.
+    """
     seen = {}
     for number in range(40):
         key = states.key()
@@ -98,7 +104,10 @@ def test_what_a_robot_program_can_notice_is_part_of_the_key(
 def test_link_and_alarm_come_at_any_time_and_the_replay_shows_what_breaks(
     tmp_path: Path,
 ) -> None:
-    """Without the link the program does not run, so a single event is the shortest way."""
+    """Events of link and alarm are tried in every scan, and the replay shows the failure.
+
+    Without the link the program does not run, so a single event is the shortest run.
+    """
     properties = tmp_path / "properties.toml"
     properties.write_text(
         '[[always]]\nname = "runs"\nthat = "Main.Running OR NOT BEFORE(Main.Running)"\n',
@@ -115,10 +124,10 @@ def test_link_and_alarm_come_at_any_time_and_the_replay_shows_what_breaks(
     assert stimulus.read_text(encoding="utf-8").count('time = "13000ms"') == 1
 
 
-def test_a_key_that_leaves_out_too_much_is_noticed(monkeypatch: pytest.MonkeyPatch) -> None:
-    """If only the PLC's bits belonged to the key, different states would have the same key.
+def test_a_state_key_that_omits_too_much_is_detected(monkeypatch: pytest.MonkeyPatch) -> None:
+    """If the key of a state omits too much, the exploration detects this and gives no result.
 
-    The exploration then judges nothing.
+    Here the key contains only bits of the PLC, so different states have the same key.
     """
     cells: list[Cell] = []
     init = CellStates.__init__
@@ -144,7 +153,10 @@ def test_a_run_that_goes_on_when_the_exploration_begins_is_refused() -> None:
 
 
 def test_a_robot_program_that_reads_the_time_is_refused(tmp_path: Path, capsys: Captured) -> None:
-    """TCOUNTER counts the milliseconds since power-on."""
+    """A robot program that reads the time is refused.
+
+    TCOUNTER is the milliseconds since power-on.
+    """
     (tmp_path / "CLOCK.PGM").write_text("SO(20)=0\nN=TCOUNTER\n", encoding="utf-8")
     robot = tmp_path / "robot.toml"
     robot.write_text('[[programs]]\nfile = "CLOCK.PGM"\n', encoding="utf-8")
@@ -177,7 +189,7 @@ def test_a_beginning_without_a_robot_file_is_refused(tmp_path: Path, capsys: Cap
 
 
 def test_a_deadlock_needs_the_program_of_a_robot(tmp_path: Path, capsys: Captured) -> None:
-    """The small controller has no robot program."""
+    """A deadlock property is refused without a robot program, as with the small controller."""
     properties = ["--properties", str(_CELL / "campaign.toml")]
     words = [str(_CELL / "Handover.st"), "--out", str(tmp_path), *properties]
     assert main(["explore", *words]) == 2
@@ -187,7 +199,10 @@ def test_a_deadlock_needs_the_program_of_a_robot(tmp_path: Path, capsys: Capture
 def test_the_small_controller_of_an_exploration_knows_the_ports_of_a_property(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured
 ) -> None:
-    """With Button the PLC sets SI(20), and SIW(2) in the next scan."""
+    """The small controller of an exploration has the ports that a property names.
+
+    With Button the PLC sets SI(20), and SIW(2) in the next scan.
+    """
     monkeypatch.chdir(tmp_path)
     Path("Late.st").write_text(
         """PROGRAM Late
@@ -215,7 +230,7 @@ END_PROGRAM
 
 
 def test_proving_takes_no_robot_file(capsys: Captured) -> None:
-    """A proof holds for every answer of the robot."""
+    """`rcx prove` refuses a robot file, because a proof holds for every answer of the robot."""
     words = [str(_CELL / "Handover.st"), "--robot", str(_CELL / "robot.toml")]
     assert main(["prove", *words]) == 2
     assert "it holds for every answer of the robot" in capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""Work runs on a cluster of dask.distributed with processes on this computer."""
+"""A farm runs its work on a cluster of dask.distributed, here with processes on this computer."""
 
 from __future__ import annotations
 
@@ -43,7 +43,10 @@ _ALONE = {"threads_per_worker": 1, "dashboard_address": ":0"}
 
 @pytest.fixture(scope="module")
 def cluster() -> Iterator[Any]:
-    """Return two workers. A killed worker is replaced, and an item may kill one worker."""
+    """Return a cluster of two workers. A killed worker is replaced.
+
+    An item of work may kill one worker before it counts as failed.
+    """
     import dask
 
     failures = {"distributed.scheduler.allowed-failures": 0}
@@ -53,7 +56,7 @@ def cluster() -> Iterator[Any]:
 
 @pytest.fixture
 def farm(cluster: Any) -> Farm:
-    """Return a farm on the cluster."""
+    """Return a farm (pool of workers) on the cluster."""
     return Farm(cluster=Cluster(cluster.scheduler_address))
 
 
@@ -80,8 +83,13 @@ def test_an_item_whose_worker_is_killed_is_done_again(farm: Farm, tmp_path: Path
 
 
 @pytest.mark.exhaustive
-def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The item's worker was ended by another item before the result was fetched."""
+def test_an_item_whose_result_was_lost_is_run_again(
+    farm: Farm, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """If a result is lost with its worker, the item is run again.
+
+    In the test, another item ends the worker before the result is fetched.
+    """
     result = distributed.Future.result
     taken = iter([True])
 
@@ -97,7 +105,10 @@ def test_a_lost_result_is_made_again(farm: Farm, monkeypatch: pytest.MonkeyPatch
 
 @pytest.mark.exhaustive
 def test_an_item_that_kills_its_workers_is_named(farm: Farm, tmp_path: Path) -> None:
-    """At the second attempt an item runs alone, so items that shared its worker are not blamed."""
+    """An item that kills its workers is named in the error.
+
+    At the second attempt an item runs alone, so items on the same worker are not blamed.
+    """
     for number in range(4):
         (tmp_path / str(number)).touch()
 
@@ -111,10 +122,14 @@ def test_an_item_that_kills_its_workers_is_named(farm: Farm, tmp_path: Path) -> 
 
 
 @pytest.mark.exhaustive
-def test_a_program_is_explored_there_from_its_first_state_on(
+def test_a_program_is_explored_on_the_cluster_from_its_first_state(
     cluster: Any, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """By hand: the state before the first scan, and after one scan each value of Button, 0 to 2."""
+    """A program is explored on the cluster from its first state on.
+
+    The states by hand: before the first scan, and after one scan for each value of Button, 0 to
+    2.
+    """
     from structured_text.farm.dask import ClusterCrew
 
     file, given, give = tmp_path / "Count.st", [], ClusterCrew.give
@@ -191,7 +206,7 @@ def test_a_cluster_without_workers_is_reported() -> None:
 
 
 def other_package(folder: Path, repository: Path) -> Path:
-    """Copy this package with an added line, and return the folder to import it from."""
+    """Copy this package, add a line, and return the folder from which it can be imported."""
     harness = folder / "harness"
     shutil.copytree(repository / "harness/structured_text", harness / "structured_text")
     with (harness / "structured_text/output/units.py").open("a") as stream:
@@ -259,7 +274,7 @@ def test_a_later_worker_with_other_sources_is_refused(tmp_path: Path, repository
 
 @pytest.fixture
 def certificates(tmp_path: Path, repository: Path) -> Path:
-    """Return two folders, each with an authority and a certificate, made as the page says."""
+    """Return two folders, each with an authority and a certificate, made as cluster.md says."""
     if shutil.which("openssl") is None:
         pytest.skip("openssl not found (PATH)")
     page = (repository / "docs/how-to/cluster.md").read_text(encoding="utf-8")
@@ -273,7 +288,7 @@ def certificates(tmp_path: Path, repository: Path) -> Path:
 
 
 @pytest.mark.exhaustive
-def test_with_tls_only_who_has_a_certificate_of_theirs_is_heard(certificates: Path) -> None:
+def test_with_tls_only_clients_with_a_certificate_are_accepted(certificates: Path) -> None:
     """Source: docs/how-to/cluster.md, certificates."""
 
     def tls(address: str, name: str) -> Farm:

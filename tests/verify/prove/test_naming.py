@@ -1,4 +1,4 @@
-"""The solver's results are shown in the words of the program."""
+"""The results of the solver are shown with the names of the program."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ END_PROGRAM
 
 @pytest.fixture(scope="module")
 def machine(tmp_path_factory: pytest.TempPathFactory) -> tuple[ProgramMachine, Names]:
-    """Return the program in any state, and the names of its elements."""
+    """Return the solver's machine for a program, and the names of its elements."""
     file = tmp_path_factory.mktemp("named") / "Cell.st"
     file.write_text(PROGRAM)
     project = load([file])
@@ -84,7 +84,7 @@ def test_inputs_from_outside_have_names(
 
 
 def test_a_real_is_a_number_and_not_its_bits(machine: tuple[ProgramMachine, Names]) -> None:
-    """By IEEE 754, 16#3F000000 is 0.5."""
+    """A REAL is shown as a number and not as its bits. By IEEE 754, 16#3F000000 is 0.5."""
     made, names = machine
     [name] = [one for one, place in made.places.items() if place == ("MAIN", "RATE")]
     solver, term = z3.Solver(), z3.BitVec(name, 32)

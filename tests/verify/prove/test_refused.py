@@ -1,4 +1,4 @@
-"""A construct without solver terms is refused by its name and never approximated."""
+"""A construct that has no solver terms is refused with its name, and never approximated."""
 
 from __future__ import annotations
 

@@ -60,7 +60,10 @@ def test_arithmetic_of_every_integer_type_wraps_as_on_the_engine(tmp_path: Path,
 
 @pytest.mark.parametrize("kind", _BITS)
 def test_bit_strings_are_joined_and_shifted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
-    """A shift may exceed the width. A negative shift stops the engine and the terms."""
+    """Bit strings are joined and shifted as on the engine.
+
+    A shift may exceed the width. A negative shift stops the engine and the terms.
+    """
     variables = (
         f"VAR_INPUT A, B : {kind}; N : INT; END_VAR\nVAR R : ARRAY [0..12] OF {kind}; END_VAR"
     )
@@ -85,7 +88,10 @@ def test_booleans_are_joined_and_shifted_as_on_the_engine(tmp_path: Path) -> Non
 
 @pytest.mark.parametrize("kind", ["REAL", "LREAL"])
 def test_real_arithmetic_is_rounded_as_on_the_engine(tmp_path: Path, kind: str) -> None:
-    """A division by 0.0 and the root of a negative number stop the engine and the terms."""
+    """REAL arithmetic is rounded as on the engine.
+
+    A division by 0.0 and the root of a negative number stop the engine and the terms.
+    """
     variables = (
         f"VAR_INPUT A, B, C : {kind}; END_VAR\n"
         f"VAR R : ARRAY [0..15] OF {kind}; Q : ARRAY [0..8] OF BOOL; END_VAR"
@@ -105,7 +111,11 @@ def test_real_arithmetic_is_rounded_as_on_the_engine(tmp_path: Path, kind: str) 
 
 @pytest.mark.parametrize("kind", [*_NUMBERS, *_BITS])
 def test_numbers_are_converted_as_on_the_engine(tmp_path: Path, kind: str) -> None:
-    """A REAL out of range is left undetermined, because such a conversion must not happen."""
+    """Numbers are converted as on the engine.
+
+    The result for a REAL out of range is undetermined, because such a conversion must not
+    happen.
+    """
     others = [one for one in ("SINT", "UINT", "DINT", "ULINT", "WORD", "LWORD") if one != kind]
     both_ways = " ".join(f"To_{name} : {name}; Of_{name} : {kind};" for name in others)
     variables = f"""
@@ -127,8 +137,8 @@ def test_numbers_are_converted_as_on_the_engine(tmp_path: Path, kind: str) -> No
     _agrees(tmp_path, _block(variables, "\n".join(body)), 120)
 
 
-def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
-    """The test has sums, products with integers and REALs, quotients, conversions in seconds."""
+def test_durations_are_calculated_as_on_the_engine(tmp_path: Path) -> None:
+    """Durations are calculated as on the engine: sums, products, quotients and conversions."""
     variables = """
       VAR_INPUT A, B : TIME; N : INT; U : UDINT; R : REAL; L : LREAL; END_VAR
       VAR T : ARRAY [0..12] OF TIME; I : INT; D : DINT; W : ULINT; F : REAL; G : LREAL; END_VAR
@@ -152,7 +162,10 @@ def test_durations_are_reckoned_as_on_the_engine(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_texts_are_cut_joined_and_compared_as_on_the_engine(tmp_path: Path) -> None:
-    """Counts may exceed 16 bits. A negative count stops the engine and the terms."""
+    """Texts are cut, joined and compared as on the engine.
+
+    Counts may exceed 16 bits. A negative count stops the engine and the terms.
+    """
     variables = """
       VAR_INPUT A, B : STRING; N, P : INT; D : DINT; END_VAR
       VAR R : ARRAY [0..5] OF STRING; S : STRING; Q : ARRAY [0..5] OF BOOL; I : INT; END_VAR
@@ -169,10 +182,10 @@ def test_texts_are_cut_joined_and_compared_as_on_the_engine(tmp_path: Path) -> N
     _agrees(tmp_path, _block(variables, body), 60)
 
 
-def test_statements_are_left_where_they_are_left_on_the_engine(tmp_path: Path) -> None:
-    """EXIT and RETURN are in loops in branches, and CASE has ranges.
+def test_exit_and_return_leave_statements_as_on_the_engine(tmp_path: Path) -> None:
+    """Statements are left by EXIT and RETURN as on the engine.
 
-    Steps of FOR are negative or not constant.
+    They are in loops in branches, CASE has ranges, and steps of FOR are negative or not constant.
     """
     variables = """
       VAR_INPUT A, B, Pace : INT; Mode : USINT; END_VAR
@@ -219,7 +232,7 @@ def test_statements_are_left_where_they_are_left_on_the_engine(tmp_path: Path) -
 
 
 def test_functions_return_as_on_the_engine(tmp_path: Path) -> None:
-    """The test has a RETURN in a loop, an unassigned result, defaults, and nested calls."""
+    """Functions return as on the engine: from a loop, without a result, with defaults, nested."""
     functions = """
 FUNCTION FIRST_OF : INT
   VAR_INPUT Wanted : INT; Start : INT := 3; END_VAR
@@ -268,9 +281,10 @@ END_FUNCTION_BLOCK
 
 
 def test_structures_arrays_and_blocks_are_addressed_as_on_the_engine(tmp_path: Path) -> None:
-    """Indices are variable, also for long arrays and for the variable behind a VAR_IN_OUT.
+    """Structures, arrays and blocks are addressed as on the engine, with variable indices.
 
-    An index outside of the array stops the engine and the terms.
+    This includes long arrays and the variable behind a VAR_IN_OUT. An index outside of the array
+    stops the engine and the terms.
     """
     variables = """
       VAR_INPUT I, K : INT; W : LINT; Tint : COLOUR; END_VAR
@@ -338,7 +352,10 @@ def test_timers_triggers_and_bistables_run_as_on_the_engine(tmp_path: Path) -> N
 
 
 def test_operands_that_are_skipped_stop_nothing(tmp_path: Path) -> None:
-    """The skipped operands are right sides of AND and OR, and an ELSIF after a taken branch."""
+    """Operands that are skipped cannot stop the engine or the terms.
+
+    They are right sides of AND and OR, and an ELSIF after a taken branch.
+    """
     variables = "VAR_INPUT A, B, I : INT; END_VAR\nVAR N : ARRAY [0..3] OF INT; Q : BOOL; END_VAR"
     body = """
       Q := B <> 0 AND A / B > 1;
@@ -350,7 +367,7 @@ def test_operands_that_are_skipped_stop_nothing(tmp_path: Path) -> None:
 
 
 def test_known_arguments_are_calculated_as_by_the_engine(tmp_path: Path) -> None:
-    """The test has standard functions without terms, with all their arguments known."""
+    """If all arguments are known, a standard function without terms is calculated by the engine."""
     variables = "VAR S : ARRAY [0..8] OF STRING; R : REAL; L : LREAL; I : INT; END_VAR"
     body = """
       S[0] := RIGHT('robot', 2); S[1] := INSERT('robot', 'XY', 2); S[2] := DELETE('robot', 2, 3);
@@ -419,7 +436,10 @@ def test_wide_characters_are_refused_by_name(tmp_path: Path, name: str) -> None:
 
 
 def test_statements_of_single_tools(tmp_path: Path) -> None:
-    """The constructs are EN and ENO, RETURN(condition), and counting down without a sign."""
+    """Constructs that only some tools have are translated.
+
+    They are EN and ENO, RETURN(condition), and counting down without a sign.
+    """
     variables = """VAR_INPUT A : INT; U : USINT; E : BOOL; END_VAR
     VAR_OUTPUT N, M, Größe : INT; Ok : BOOL; F : BIT; END_VAR VAR I, J : USINT; END_VAR"""
     body = """N := 10#0; M := 0; F := E;
@@ -432,7 +452,10 @@ def test_statements_of_single_tools(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("dialect", ["openplc", "codesys", "tia"])
 def test_a_dialect_is_translated_as_on_the_engine(tmp_path: Path, dialect: str) -> None:
-    """The rules are TIME as a number, counters, both operands of AND, short integers, REAL / 0."""
+    """The rules of a dialect are translated as on the engine.
+
+    They are TIME as a number, counters, both operands of AND, short integers, and REAL / 0.
+    """
     variables = """
       VAR_INPUT A, B : INT; T : TIME; N : UINT; X, Y : REAL; P, Q, R, L : BOOL; W : BYTE; END_VAR
       VAR Up : CTU; Down : CTD; Both : CTUD; D : DINT; M : TIME; F, G : REAL; H : BOOL; END_VAR

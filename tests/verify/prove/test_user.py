@@ -1,4 +1,4 @@
-"""In a user's program, properties are proved or broken by runs that the engine repeats."""
+"""Properties of a user's program are proved, or refuted by a run that the engine repeats."""
 
 from __future__ import annotations
 
@@ -46,7 +46,10 @@ def statuses(found: dict[str, Result]) -> dict[str, str]:
 
 
 def test_an_interlock_and_its_bounds_are_proved(tmp_path: Path) -> None:
-    """The stage counts 0, 1, 2, 0. The gripper and the conveyor belong to different stages."""
+    """An interlock and the bounds of its stage are proved.
+
+    The stage counts 0, 1, 2, 0. The gripper and the conveyor belong to different stages.
+    """
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  IF Servo.Done THEN Stage := Stage + 1; END_IF;\n"
@@ -61,8 +64,11 @@ def test_an_interlock_and_its_bounds_are_proved(tmp_path: Path) -> None:
     assert "index Cell.st:18" in found
 
 
-def test_an_invariant_is_found_where_one_scan_alone_does_not_do(tmp_path: Path) -> None:
-    """Gripper and Conveyor are FALSE at first. Each turns TRUE only while the other is FALSE."""
+def test_an_invariant_is_found_if_one_scan_does_not_prove_the_property(tmp_path: Path) -> None:
+    """If one scan alone does not prove a property, an invariant is found.
+
+    Gripper and Conveyor are FALSE at first. Each turns TRUE only while the other is FALSE.
+    """
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  IF Start AND NOT Conveyor THEN Gripper := TRUE; END_IF;\n"
@@ -88,7 +94,10 @@ def test_calls_that_break_the_rules_are_refuted_by_runs(tmp_path: Path) -> None:
 
 
 def test_a_fault_of_the_program_is_refuted_with_its_line(tmp_path: Path) -> None:
-    """No statement writes `Given`, so it may have any value."""
+    """A run-time fault of the program is refuted with its line. No statement writes `Given`.
+
+    It may therefore have any value.
+    """
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  Stage := 10 / Given;\n"
@@ -102,7 +111,9 @@ def test_a_fault_of_the_program_is_refuted_with_its_line(tmp_path: Path) -> None
 
 
 def test_an_answer_of_the_robot_can_break_an_assertion_after_some_scans(tmp_path: Path) -> None:
-    """The servos are reported ON by SO(02), bit 2 of byte 32, after two scans without it.
+    """An assertion that an answer of the robot breaks after some scans is refuted.
+
+    The servos are reported ON by SO(02), bit 2 of byte 32, after two scans without it.
 
     Source: manual chapter 5, 2.
     """
@@ -133,10 +144,13 @@ def test_an_answer_of_the_robot_can_break_an_assertion_after_some_scans(tmp_path
     ],
 )
 @pytest.mark.parametrize("number", ["Given", "Stage"])
-def test_impossible_arguments_are_named_alike(
+def test_impossible_arguments_have_the_same_message(
     tmp_path: Path, statement: str, kind: str, status: str, number: str
 ) -> None:
-    """`Given` may be anything, and `Stage` is -1. No engine stops when a number does not fit."""
+    """Impossible arguments have the same message for variables of any value and known values.
+
+    `Given` may have any value, and `Stage` is -1. No engine stops when a number does not fit.
+    """
     body = f"  Servo(Robot := Robot, Execute := Start);\n  Stage := -1; {statement.format(number)}"
     # A proof that does not end uses its whole time limit. A counterexample may take long on a busy
     # machine.
@@ -149,7 +163,10 @@ def test_impossible_arguments_are_named_alike(
 @pytest.mark.exhaustive(but=["False-noted"])
 @pytest.mark.parametrize(("asked", "status"), [(False, "noted"), (True, "unknown")])
 def test_overflows_are_noted_or_proved(tmp_path: Path, asked: bool, status: str) -> None:
-    """Stage counts without end (line 15), and Given may be -32768 (line 17)."""
+    """Each arithmetic overflow is noted, or proved not to occur.
+
+    Stage counts without end (line 15), and Given may be -32768 (line 17).
+    """
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  Stage := Stage + 1;\n"
@@ -180,7 +197,10 @@ def test_the_reference_is_written_only_by_the_library(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive
 def test_an_undecided_property_is_unknown_with_a_state(tmp_path: Path) -> None:
-    """Breaking the property takes 20000 scans, and the search does not try such long runs."""
+    """A property that is neither proved nor refuted is unknown, with a state that may break it.
+
+    It takes 20000 scans to break this property, and the search does not try such long runs.
+    """
     body = (
         "  Servo(Robot := Robot, Execute := Start);\n"
         "  Stage := Stage + 1; IF Stage > 20000 THEN Stage := -20000; END_IF;\n"
@@ -216,7 +236,9 @@ pouType="program"><interface><localVars><variable name="n"><type><INT/></type></
 
 @pytest.mark.exhaustive
 def test_a_device_of_a_project_is_proved_and_its_run_names_it(tmp_path: Path) -> None:
-    """The property holds on one device only.
+    """A device of a project is selected for the proof, and its run names it.
+
+    The property holds on one device only.
 
     Source: docs/how-to/projects.md.
     """

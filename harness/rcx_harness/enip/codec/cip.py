@@ -1,4 +1,4 @@
-"""CIP messages as bytes: request, path and reply, for both ends of the wire; codes in words.
+"""CIP requests, paths and replies as bytes, for both ends of the wire, and texts for their codes.
 
 The numbers come from the Common Industrial Protocol, volume 1: general status codes in appendix B,
 path segments in appendix C, the Connection Manager's extended status codes in chapter 3, 5.6. The
@@ -43,7 +43,7 @@ class ExtendedStatus(IntEnum):
     meaning: str
 
     def __new__(cls, code: int, meaning: str = "") -> ExtendedStatus:
-        """Return the member; its value is the code."""
+        """Create a member of the enumeration: `code` is its value, `meaning` its text."""
         member = int.__new__(cls, code)
         member._value_ = code
         member.meaning = meaning
@@ -88,7 +88,7 @@ class ExtendedStatus(IntEnum):
 
 
 def extended_text(code: int) -> str:
-    """Return an extended status code of the Connection Manager in words."""
+    """Return the text that describes an extended status code of the Connection Manager."""
     try:
         return ExtendedStatus(code).meaning
     except ValueError:
@@ -116,7 +116,7 @@ REVISIONS = {
     ClassId.TCP_IP: 4,
     ClassId.ETHERNET_LINK: 4,
 }
-"""Revision of each class."""
+"""Maps each class of CIP objects to its revision in this device."""
 
 
 class Service(IntEnum):
@@ -161,10 +161,10 @@ class Status(IntEnum):
 
 
 class Refusal(Exception):  # noqa: N818 (a refusal is an answer, not a failure)
-    """The error of a request; the reply has its status codes.
+    """The error for a rejected request; the reply carries the status codes of the error.
 
     Args:
-        data: Data after the status, for services that report details.
+        data: Data that follows the status in the reply, for services that report details.
     """
 
     def __init__(self, status: Status, extended: tuple[int, ...] = (), data: bytes = b"") -> None:
@@ -176,9 +176,9 @@ class Refusal(Exception):  # noqa: N818 (a refusal is an answer, not a failure)
 
 @dataclass(frozen=True)
 class ElectronicKey:
-    """The device that the sender expects; 0 stands for any value.
+    """The identity of the device that the sender expects; a value of 0 matches any device.
 
-    `compatible` accepts a device that can replace one of this revision.
+    If `compatible` is set, a device that can replace a device of this revision also matches.
     """
 
     vendor: int
@@ -191,7 +191,7 @@ class ElectronicKey:
 
 @dataclass(frozen=True)
 class Path:
-    """The path of a request; instance 0 is the class itself."""
+    """The path of a request to an object; instance number 0 addresses the class itself."""
 
     class_id: int
     instance: int
@@ -200,7 +200,7 @@ class Path:
 
 
 class Request(NamedTuple):
-    """A service for one object, with its data."""
+    """A CIP request: the service, the path of the object, and the data."""
 
     service: int
     path: Path
@@ -208,7 +208,7 @@ class Request(NamedTuple):
 
 
 class Reply(NamedTuple):
-    """The answer to a service; `service` is its code without the reply bit."""
+    """The reply to a CIP request; `service` is the service code without the reply bit."""
 
     service: int
     status: int
@@ -217,7 +217,7 @@ class Reply(NamedTuple):
 
 
 _REPLY_BIT = 0x80
-# A connection point of the Assembly object is the same as its instance.
+# For the Assembly object, the number of a connection point is the number of an instance.
 _LOGICAL_SEGMENTS = {0x20: "class", 0x24: "instance", 0x2C: "instance", 0x30: "attribute"}
 _SIXTEEN_BIT = 0x01
 _KEY_SEGMENT, _KEY_FORMAT = 0x34, 0x04
@@ -225,7 +225,7 @@ _KEY = struct.Struct("<HHHBB")
 
 
 def status_text(status: int) -> str:
-    """Return a general status code in words."""
+    """Return the text that describes a general status code of CIP."""
     try:
         return Status(status).name.lower().replace("_", " ")
     except ValueError:
@@ -233,20 +233,20 @@ def status_text(status: int) -> str:
 
 
 def encode_path(class_id: int, instance: int, attribute: int | None = None) -> bytes:
-    """Return a path of logical segments."""
+    """Encode a path as logical segments."""
     path = encode_segment(0x20, class_id) + encode_segment(0x24, instance)
     return path if attribute is None else path + encode_segment(0x30, attribute)
 
 
 def encode_segment(kind: int, number: int) -> bytes:
-    """Return a logical segment, 8 bits wide if the number permits it, otherwise 16 (padded)."""
+    """Encode a logical segment, with 8 bits for a number up to 255, otherwise 16 bits (padded)."""
     if number <= 0xFF:
         return struct.pack("<BB", kind, number)
     return struct.pack("<BxH", kind | _SIXTEEN_BIT, number)
 
 
 def encode_request(service: int, path: bytes, data: bytes = b"") -> bytes:
-    """Return a request: service, path with its size in words, and data."""
+    """Encode a request: the service, the size of the path in words, the path, and the data."""
     return struct.pack("<BB", service, len(path) // 2) + path + data
 
 
@@ -267,13 +267,13 @@ def decode_request(message: bytes) -> Request:
 def encode_reply(
     service: int, status: int, data: bytes = b"", extended: tuple[int, ...] = ()
 ) -> bytes:
-    """Return a reply: service with reply bit, general status, additional status words, and data."""
+    """Encode a reply: service with reply bit, general status, additional status words, and data."""
     head = struct.pack("<BBBB", service | _REPLY_BIT, 0, status, len(extended))
     return head + struct.pack(f"<{len(extended)}H", *extended) + data
 
 
 def decode_reply(message: bytes) -> Reply | None:
-    """Decode a reply; return None if the message is not a reply."""
+    """Decode a CIP reply; return None if the message is not a CIP reply."""
     if len(message) < 4 or not message[0] & _REPLY_BIT or len(message) < 4 + 2 * message[3]:
         return None
     end = 4 + 2 * message[3]
@@ -281,7 +281,7 @@ def decode_reply(message: bytes) -> Reply | None:
     return Reply(message[0] & ~_REPLY_BIT, message[2], message[end:], extended)
 
 
-@lru_cache(maxsize=256)  # cached because a scanner sends the same few paths in every scan
+@lru_cache(maxsize=256)  # cached because a scanner sends the same few paths again and again
 def _decode_path(path: bytes) -> Path:
     numbers: dict[str, int] = {}
     key = None
@@ -309,6 +309,6 @@ def _decode_path(path: bytes) -> Path:
 
 
 def decode_key(data: bytes) -> ElectronicKey:
-    """Return the electronic key of format 4 in eight bytes."""
+    """Decode an electronic key of format 4 from its eight bytes."""
     vendor, device_type, product_code, major, minor = _KEY.unpack(data)
     return ElectronicKey(vendor, device_type, product_code, major & 0x7F, minor, bool(major & 0x80))

@@ -33,10 +33,10 @@ __all__ = [
 HEADER_SIZE = 24
 PROTOCOL_VERSION = 1
 MAX_DATA = 4096 + 64
-"""Longest data of a frame that the adapter takes: the largest message of a large connection."""
+"""Longest data of a frame that the adapter accepts: the longest message of a large connection."""
 
 _HEADER = struct.Struct("<HHII8sI")
-# Data starts with the interface handle (0: CIP) and a time-out that TCP does not use.
+# The data starts with the interface handle (0: CIP) and a time-out that is not used on TCP.
 _CIP_INTERFACE = 0
 _INTERFACE = struct.Struct("<IH")
 
@@ -55,7 +55,7 @@ class Command(IntEnum):
 
 
 class EncapsulationStatus(IntEnum):
-    """Status codes of the encapsulation header."""
+    """The status codes in the header of an encapsulated message."""
 
     SUCCESS = 0x00
     INVALID_COMMAND = 0x01
@@ -67,7 +67,7 @@ class EncapsulationStatus(IntEnum):
 
 
 class Item(IntEnum):
-    """Items of the common packet format."""
+    """The type codes of the items in the common packet format."""
 
     NULL_ADDRESS = 0x0000
     IDENTITY = 0x000C
@@ -80,7 +80,7 @@ class Item(IntEnum):
 
 
 class Frame(NamedTuple):
-    """One encapsulated message; the answer has the same `context`."""
+    """One encapsulated message. The answer to a message has the `context` of the message."""
 
     command: int
     session: int = 0
@@ -90,7 +90,7 @@ class Frame(NamedTuple):
     data: bytes = b""
 
     def encode(self) -> bytes:
-        """Return header and data as bytes."""
+        """Encode the frame: its header and its data."""
         header = _HEADER.pack(
             self.command, len(self.data), self.session, self.status, self.context, self.options
         )
@@ -102,13 +102,13 @@ class Frame(NamedTuple):
         status: EncapsulationStatus = EncapsulationStatus.SUCCESS,
         session: int | None = None,
     ) -> Frame:
-        """Return the answer to this frame, with a new session handle only if one is given."""
+        """Return the answer to this frame; `session` replaces its session handle if given."""
         session = self.session if session is None else session
         return self._replace(session=session, status=int(status), data=data)
 
 
 def decode_header(data: bytes | bytearray) -> tuple[Frame, int] | None:
-    """Return the first frame without its data, and their length; None without a header."""
+    """Return the first frame without data, and the length of its data; None without a header."""
     if len(data) < HEADER_SIZE:
         return None
     command, length, session, status, context, options = _HEADER.unpack_from(data)
@@ -116,7 +116,7 @@ def decode_header(data: bytes | bytearray) -> tuple[Frame, int] | None:
 
 
 def next_frame(buffer: bytearray) -> Frame | None:
-    """Remove the first complete frame from the buffer and return it; None if none is complete."""
+    """Remove the first frame from the buffer and return it; None if the frame is incomplete."""
     if len(buffer) < HEADER_SIZE:
         return None
     command, length, session, status, context, options = _HEADER.unpack_from(buffer)
@@ -129,7 +129,7 @@ def next_frame(buffer: bytearray) -> Frame | None:
 
 
 def encode_items(*items: tuple[int, bytes]) -> bytes:
-    """Return a common packet: the number of items, then type, length and data of each."""
+    """Encode a common packet: the number of items, then type, length and data of each item."""
     parts = [struct.pack("<H", len(items))]
     parts += [struct.pack("<HH", kind, len(data)) + data for kind, data in items]
     return b"".join(parts)
@@ -153,13 +153,13 @@ def decode_items(data: bytes) -> list[tuple[int, bytes]] | None:
 
 
 def unconnected(message: bytes, *further: tuple[int, bytes]) -> bytes:
-    """Return the data of a SendRRData with an unconnected CIP message and further items."""
+    """Return the data for a SendRRData command: an unconnected CIP message and further items."""
     items = encode_items((Item.NULL_ADDRESS, b""), (Item.UNCONNECTED_DATA, message), *further)
     return _INTERFACE.pack(_CIP_INTERFACE, 0) + items
 
 
 def unconnected_items(data: bytes) -> tuple[bytes, list[tuple[int, bytes]]] | None:
-    """Return the CIP message and further items in the data of a SendRRData, or None."""
+    """Return the CIP message and further items in the data of SendRRData; None if it is invalid."""
     items = _cip_items(data)
     if items is None or len(items) < 2:
         return None
@@ -170,14 +170,14 @@ def unconnected_items(data: bytes) -> tuple[bytes, list[tuple[int, bytes]]] | No
 
 
 def connected(connection_id: int, message: bytes) -> bytes:
-    """Return the data of a SendUnitData: a class 3 message, with the sequence count first."""
+    """Return the data for SendUnitData: a class 3 message that starts with its sequence count."""
     address = struct.pack("<I", connection_id)
     items = encode_items((Item.CONNECTED_ADDRESS, address), (Item.CONNECTED_DATA, message))
     return _INTERFACE.pack(_CIP_INTERFACE, 0) + items
 
 
 def connected_items(data: bytes) -> tuple[int, bytes] | None:
-    """Return connection id and message in the data of a SendUnitData, or None."""
+    """Return connection id and message from the data of SendUnitData; None if it is invalid."""
     items = _cip_items(data)
     if items is None or len(items) < 2:
         return None
@@ -188,12 +188,12 @@ def connected_items(data: bytes) -> tuple[int, bytes] | None:
 
 
 def socket_address(host: str, port: int) -> bytes:
-    """Return an IPv4 address as 16 bytes, big endian, as the protocol transmits it."""
+    """Encode an IPv4 address and a port as the 16 bytes of a socket address item (big endian)."""
     return struct.pack(">HH4s8x", 2, port, bytes(int(part) for part in host.split(".")))
 
 
 def decode_socket_address(data: bytes) -> tuple[str, int] | None:
-    """Return host and port of a socket address item, or None if it is not an IPv4 address."""
+    """Return host and port from a socket address item; None if it has no IPv4 address."""
     if len(data) != 16:
         return None
     family, port, host = struct.unpack(">HH4s8x", data)

@@ -1,9 +1,9 @@
 """Forward Open and Forward Close as bytes, for both ends: requests, connection path and replies.
 
-Layout: CIP volume 1, chapter 3, 5.5.2 (Forward Open, Large Forward Open) and 5.5.3 (Forward
-Close). Sizes are the connection sizes on the wire; intervals are in microseconds. The segments of a
-path are from appendix C: logical (0x20, 0x24, 0x2C, 8 or 16 bits wide), electronic key (0x34),
-network (0x43, 0x50: production inhibit time) and simple data (0x80).
+Layout: CIP volume 1, chapter 3, 5.5.2 (Forward Open, Large Forward Open) and 5.5.3 (Forward Close).
+Sizes are the connection sizes on the wire; intervals are in microseconds. Appendix C defines the
+segments of a path: logical (0x20, 0x24, 0x2C, 8 or 16 bits wide), electronic key (0x34), network
+(0x43, 0x50: production inhibit time) and simple data (0x80).
 """
 
 from __future__ import annotations
@@ -54,10 +54,10 @@ _DATA = 0x80
 
 
 class PathRefusal(Refusal):
-    """The error for a segment that is not understood (extended status 0x315).
+    """The error for a connection path with an invalid segment (extended status 0x315).
 
     Args:
-        remaining: Words of the path from that segment to the end.
+        remaining: Number of words of the path from the invalid segment to the end.
     """
 
     def __init__(self, remaining: int) -> None:
@@ -67,14 +67,14 @@ class PathRefusal(Refusal):
 
 @dataclass(frozen=True)
 class ConnectionPath:
-    """The elements that a connection path names.
+    """A decoded connection path: electronic key, class, numbers and production inhibit time.
 
     Attributes:
         key: The device that the originator expects.
         class_id: Class of all application paths.
         numbers: Instances and connection points. Two numbers are consuming and producing; three are
             configuration, consuming and producing. An explicit connection has one instance.
-        inhibit_us: Production inhibit time in microseconds, 0 without one.
+        inhibit_us: Production inhibit time in microseconds; 0 if the path has none.
     """
 
     key: ElectronicKey | None
@@ -84,7 +84,7 @@ class ConnectionPath:
     inhibit_us: int = 0
 
     def application(self) -> tuple[int, tuple[int, ...]]:
-        """Return the part of the path that identifies the application: class and numbers."""
+        """Return the class and the numbers, which together identify the application."""
         return self.class_id, self.numbers
 
 
@@ -130,7 +130,7 @@ def decode_connection_path(path: bytes) -> ConnectionPath:
 
 
 def _length(path: bytes, at: int) -> int:
-    """Return the number of bytes of the segment at `at`; raise PathRefusal if it is cut off."""
+    """Return the length of the segment at byte `at`; raise PathRefusal if it is cut off."""
     segment, second = path[at], path[at + 1]
     if segment & ~_SIXTEEN_BIT in (_CLASS, _INSTANCE, _CONNECTION_POINT):
         length = 4 if segment & _SIXTEEN_BIT else 2
@@ -171,7 +171,7 @@ _TRIAD_AT = {
 
 
 class ConnectionType(IntEnum):
-    """Two bits of the network connection parameters."""
+    """The connection type, two bits of the network connection parameters."""
 
     NULL = 0
     MULTICAST = 1
@@ -205,7 +205,7 @@ class NetworkParameters:
 
 @dataclass(frozen=True)
 class ForwardOpen:
-    """A request to open a connection. Its O->T connection id is left out: the target chooses it."""
+    """A request to open a connection, without its O->T connection id, which the target chooses."""
 
     t_to_o_id: int
     triad: Triad
@@ -281,13 +281,13 @@ def close_reply(triad: Triad) -> bytes:
 
 
 def refusal_data(request: Request, remaining: int = 0) -> bytes:
-    """Return the data of a refusal: the triad as sent, and the remaining words of the path.
+    """Return the data of the reply that refuses a request: its triad, and the `remaining` words.
 
     `request` is a Forward Open or Forward Close of any length. `remaining` counts the words of the
-    connection path from the wrong segment to the end.
+    connection path from the invalid segment to the end.
 
     Returns:
-        Ten bytes; none if the request ends before its triad does.
+        Ten bytes; no bytes if the request is too short to contain its triad.
     """
     at = _TRIAD_AT[ConnectionService(request.service)]
     triad = request.data[at : at + _TRIAD.size]
@@ -295,7 +295,7 @@ def refusal_data(request: Request, remaining: int = 0) -> bytes:
 
 
 def _network_parameters(value: int, large: bool) -> NetworkParameters:
-    """Decode redundant owner, type (2 bits), priority (2 bits), variable flag and size."""
+    """Decode connection parameters: redundant owner, type, priority, variable flag and size."""
     flags = value >> 16 if large else value
     return NetworkParameters(
         kind=ConnectionType(flags >> 13 & 3),
@@ -316,7 +316,7 @@ def _path(data: bytes, start: int, words: int) -> bytes:
 
 
 _CONNECTION_MANAGER = encode_path(ClassId.CONNECTION_MANAGER, 1)
-# Time limit for bridges on the route: a byte with priority and tick (1.024 s), then 14 ticks.
+# Time limit of the request on its route: a byte with priority and tick (1.024 s), then 14 ticks.
 _PATIENCE = struct.pack("<BB", 0x0A, 0x0E)
 _CLASS_1_CYCLIC = 0x01
 _SCHEDULED = 2
@@ -335,9 +335,9 @@ class OpenRequest:
         t_to_o_length: Connection size from the adapter, as on the wire.
         consuming: Connection point of the adapter that receives our data, or our heartbeat.
         producing: Connection point of the adapter that sends data to us.
-        configuration: Configuration instance to name, if any.
+        configuration: Configuration instance in the path; None: the path names no instance.
         configuration_data: Data for the configuration instance, an even number of bytes.
-        large: Use Large Forward Open.
+        large: Whether to send a Large Forward Open instead of a Forward Open.
     """
 
     triad: Triad
@@ -353,7 +353,7 @@ class OpenRequest:
     large: bool = False
 
     def path(self) -> bytes:
-        """Return the path: configuration, consuming and producing connection point, and data."""
+        """Return the connection path: configuration, consuming and producing point, and data."""
         path = encode_segment(_CLASS, ClassId.ASSEMBLY)
         if self.configuration is not None:
             path += encode_segment(_INSTANCE, self.configuration)
@@ -384,7 +384,7 @@ class OpenRequest:
         return encode_request(ConnectionService.FORWARD_CLOSE, _CONNECTION_MANAGER, data)
 
     def problem(self, agreed: OpenReply) -> str:
-        """Return a text about the impossible value of a successful reply; empty if there is none.
+        """Describe the invalid value in a successful reply; empty if all values are valid.
 
         A device may set another interval than requested, but not 0 us or an hour.
         """
@@ -398,7 +398,7 @@ class OpenRequest:
         return ""
 
     def _parameters(self, length: int) -> bytes:
-        """Return the size as bytes, with the flags: point to point, fixed length, not redundant."""
+        """Encode a connection size with its flags: point to point, fixed length, not redundant."""
         flags = ConnectionType.POINT_TO_POINT << 13 | _SCHEDULED << 10
         return (
             struct.pack("<I", flags << 16 | length)
@@ -419,7 +419,7 @@ class OpenReply:
 
 
 def decode_open_reply(data: bytes) -> OpenReply | None:
-    """Decode the data of a successful reply; return None if it is too short."""
+    """Decode the data of a successful Forward Open reply; return None if the data is too short."""
     if len(data) < _REPLY.size:
         return None
     o_to_t_id, t_to_o_id, *triad, o_to_t_api_us, t_to_o_api_us = _REPLY.unpack_from(data)

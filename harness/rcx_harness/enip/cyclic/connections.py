@@ -51,18 +51,18 @@ class ConnectionKind(str, Enum):
 
 
 class OwnerState(IntEnum):
-    """The state of the connection that owns the outputs (assembly 150)."""
+    """The state of the owner, which is the connection that owns the outputs (assembly 150)."""
 
     NONE = 0
     """No connection has owned the outputs yet."""
     WAITING = 1
-    """Open, but no packet of the master has come yet."""
+    """The connection is open, but no packet of the master has come yet."""
     RUN = 2
-    """Packets come, and the master's program runs."""
+    """Packets of the master come, and the master's program runs."""
     IDLE = 3
-    """Packets come, but the master's program is stopped: its data is ignored."""
+    """Packets of the master come, but its program is stopped, so the data is ignored."""
     TIMED_OUT = 4
-    """The master has fallen silent; the connection is gone."""
+    """The master has stopped sending, so the connection has timed out."""
     CLOSED = 5
     """The master has closed the connection (Forward Close)."""
 
@@ -73,13 +73,14 @@ class EndReason(str, Enum):
     TIMED_OUT = "timed out"
     """No packet came for the connection's time-out."""
     NO_OWNER = "no owner"
-    """The last connection of another kind has ended, so a listen-only connection ends, too."""
+    """The last connection that is not listen-only has ended, which ends this listen-only
+    connection."""
     OFF = "off"
     """The adapter has been switched off (`LinkState.OFF`)."""
 
 
 class Way(NamedTuple):
-    """The properties of the packets in one direction of a connection."""
+    """The packets in one direction of a connection: their id, interval and size."""
 
     identifier: int
     api_us: int
@@ -147,17 +148,17 @@ class ConnectionParameters:
         return Way(self.t_to_o_id, self.t_to_o_api_us, self.t_to_o_size, False)
 
     def timeout_us(self, way: Way) -> int:
-        """Return the longest silence between two packets in this direction [us]."""
+        """Return the time without a packet after which the connection times out [us]."""
         return way.api_us * (4 << self.multiplier)
 
     @classmethod
     def from_message(cls, message: Mapping[str, Any]) -> ConnectionParameters:
-        """Return the parameters from the JSON form of `asdict`."""
+        """Create the parameters from the JSON form of their `asdict`."""
         return cls(**{**message, "kind": ConnectionKind(message["kind"])})
 
 
 def multicast_address(host: str, netmask: str = "255.255.255.0") -> str:
-    """Return the multicast group of an adapter: the first address of its block of 32.
+    """Return the multicast address of an adapter: the first address of its block of 32 addresses.
 
     Source: EtherNet/IP adaptation of CIP (volume 2), chapter 3, 5.3, allocation by host number.
     """

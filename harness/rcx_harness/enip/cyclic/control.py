@@ -56,32 +56,32 @@ class CyclicControl(Closing):
 
     @property
     def pid(self) -> int:
-        """Return the id of the process."""
+        """Return the process id of the process of the cyclic I/O."""
         return self._child.process.pid
 
     @property
     def alive(self) -> bool:
-        """Return whether the process still runs."""
+        """Return whether the process of the cyclic I/O still runs."""
         return self._reader.is_alive()
 
     @property
     def failure(self) -> str:
-        """Return how the process has ended by itself; empty while it runs and after `close`."""
+        """Describe the unexpected end of the process; empty while it runs and after `close`."""
         if self._closed or self.alive:
             return ""
         how = how_ended(self._child.wait_for_code())
         return f"the process of the cyclic I/O has ended by itself ({how})"
 
     def add(self, parameters: ConnectionParameters) -> None:
-        """Open a connection: packets flow from now on."""
+        """Add a connection to the process, which sends and accepts its packets from now on."""
         self._order({"add": asdict(parameters)})
 
     def remove(self, number: int) -> None:
-        """Close a connection; do nothing if it has already ended."""
+        """Remove a connection from the process; do nothing if the connection has already ended."""
         self._order({"remove": number})
 
     def close(self) -> None:
-        """Stop the process; do nothing if it is stopped already."""
+        """Stop the process of the cyclic I/O; do nothing if it is already stopped."""
         self._closed = True
         if self._child.process.poll() is None or self._reader.is_alive():
             self._child.stop()

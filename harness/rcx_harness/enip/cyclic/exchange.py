@@ -48,12 +48,13 @@ __all__ = [
 WINDOW = 1024
 """The largest accepted step of the sequence number.
 
-It is twice the 512 intervals of the longest time-out: a connection that has lost more packets in a
-row has timed out. A number further ahead does not come from the originator.
+The limit is twice the 512 intervals of the longest time-out. A connection that loses more packets
+in a row has already timed out. A larger step therefore does not come from the originator.
 """
 
 _SEQUENCED_ADDRESS, _CONNECTED_DATA = 0x8002, 0x00B1
-# Number of items; type, length, connection id, sequence number; type, length.
+# The beginning of a packet: number of items; type, length, connection id and sequence number of the
+# first item; type and length of the second item.
 _HEADER = struct.Struct("<HHHIIHH")
 _NUMBER = struct.Struct("<I")
 _NUMBER_AT = 10
@@ -91,7 +92,7 @@ class Producer:
     """Produces the packets of one connection id, one per interval.
 
     Args:
-        size: Bytes of data, without sequence count and header.
+        size: Number of data bytes in each packet, without sequence count and run/idle header.
 
     Attributes:
         number: Sequence number of the last packet; the next packet has the number after it.
@@ -117,7 +118,7 @@ class Producer:
         return self._last != (version, run)
 
     def renew(self, image: bytes, version: int, run: bool) -> None:
-        """Take over new data: the first `size` bytes of the image."""
+        """Replace the data of the next packets with the first `size` bytes of the image."""
         self._last = (version, run)
         self._count = (self._count + 1) & 0xFFFF
         _COUNT.pack_into(self._packet, _HEADER.size, self._count)
@@ -128,7 +129,7 @@ class Producer:
         self._packet[at:] = image[: self._size]
 
     def packet(self) -> bytes:
-        """Return the next packet."""
+        """Return the next packet with the current data and the next sequence number."""
         self.number = (self.number + 1) & 0xFFFFFFFF
         _NUMBER.pack_into(self._packet, _NUMBER_AT, self.number)
         return bytes(self._packet)
@@ -145,7 +146,7 @@ class Producer:
 
 
 class Arrival(NamedTuple):
-    """An accepted packet.
+    """The data and state of a packet that the consumer has accepted.
 
     Attributes:
         data: The application's data; None if the packet repeats old data or is idle.
@@ -159,10 +160,10 @@ class Arrival(NamedTuple):
 
 
 class Consumer:
-    """Judges the packets of one connection id.
+    """Checks the received packets of one connection id, and accepts or drops each packet.
 
     Args:
-        size: Expected bytes of data; 0: a heartbeat, with or without a sequence count.
+        size: Expected number of data bytes; 0 for a heartbeat, with or without a sequence count.
         timeout_us: Longest silence between two packets; the first packet may take at least 10 s.
         first_us: Upper limit of the wait for the first packet, for connections with a long
             time-out.
@@ -248,13 +249,13 @@ class _Connection:
 
 @dataclass
 class _Production:
-    """The production that several multicast connections share."""
+    """The packets of one connection id, which several multicast connections can share."""
 
     producer: Producer
     destination: tuple[str, int]
     dscp: int
     users: dict[int, int]
-    """Interval of each connection by its number."""
+    """Maps the number of each connection to its packet interval."""
 
 
 class Exchange:
@@ -287,7 +288,7 @@ class Exchange:
         self._by_id: dict[int, _Connection] = {}
         self._productions: dict[tuple[bool, int], _Production] = {}
         self._due_us: int | None = None
-        """The time before which nothing is due; None without a connection."""
+        """The time of the next deadline [us]; None if there is no connection."""
 
     def add(self, parameters: ConnectionParameters, now_us: int) -> None:
         """Open a connection.
@@ -316,7 +317,10 @@ class Exchange:
         self._note(parameters, _STATES[OwnerState.WAITING], now_us)
 
     def remove(self, number: int, now_us: int) -> None:
-        """Remove a connection that the originator has closed; ignore an unknown number."""
+        """Remove the connection with this number, because the originator has closed it.
+
+        An unknown number has no effect.
+        """
         if (connection := self._connections.get(number)) is not None:
             self._end(connection, OwnerState.CLOSED, _STATES[OwnerState.CLOSED], now_us)
             self._end_listeners(now_us)
@@ -331,8 +335,8 @@ class Exchange:
         """Process a received packet.
 
         Returns:
-            False if the datagram is not a packet, or if no connection has its id. Such a datagram
-            is not counted.
+            False if the datagram is not a packet, or if no connection has the packet's id. The
+            statistics do not count such a datagram.
         """
         packet = decode_packet(datagram)
         connection = self._by_id.get(packet.connection_id) if packet else None
@@ -343,7 +347,8 @@ class Exchange:
             arrival = Drop.LENGTH
             if packet.content is not None:
                 arrival = connection.consumer.take(packet.number, packet.content, now_us)
-            # The time limit of the first packet was longer than the time-out that now applies.
+            # The first packet may take longer than later packets. From now on the normal time-out
+            # applies.
             end_us = connection.consumer.deadline_us
             if self._due_us is None or end_us < self._due_us:
                 self._due_us = end_us
@@ -355,8 +360,9 @@ class Exchange:
             return True
         if arrival.missing:
             self._images.count(Word.MISSING, arrival.missing)
-        # A reader in another process reads in the reverse order: the state, the time, the data.
-        # A reader that sees the state RUN therefore also sees the packet's time and data.
+        # Write the data first, then the time, then the state. A reader in another process reads in
+        # the reverse order. If it finds the state RUN, time and data of the packet are therefore
+        # already valid.
         watched = self._is_watched(connection.parameters)
         if watched and arrival.data is not None:
             self._sink.write(arrival.data)
@@ -394,8 +400,8 @@ class Exchange:
     def _produce(self, production: _Production, now_us: int, send: Send) -> None:
         producer = production.producer
         run = self._images.run
-        # Read the version first. Data that is written in between is then sent again as new data; in
-        # the reverse order it would be missed.
+        # Read the version before the data. If new data is written between both reads, the next poll
+        # sees a new version. In the reverse order it would miss the new data.
         version = self._source.version
         if producer.is_new(version, run):
             producer.renew(self._source.read(), version, run)
@@ -428,7 +434,7 @@ class Exchange:
         self._note(parameters, how, now_us)
 
     def _note(self, parameters: ConnectionParameters, state: str, now_us: int) -> None:
-        """Write a change of a connection to the journal."""
+        """Write an event to the journal: the new state of a connection."""
         event = ConnectionEvent(
             at_us=now_us,
             kind=parameters.kind,

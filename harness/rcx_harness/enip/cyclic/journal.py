@@ -1,4 +1,4 @@
-"""The events of connections, in memory that several processes share.
+"""A journal of connection events, in memory that several processes share.
 
 One process writes, and any process may read. The writer never waits for a reader. It writes a
 record into the next of a few slots and then publishes the number of the record. A slow reader
@@ -23,7 +23,7 @@ _LENGTH = struct.Struct("=H")
 
 
 class Read(NamedTuple):
-    """The result of reading a journal.
+    """The records that one read of a journal returns, and the number of lost records.
 
     Attributes:
         lost: How many records were overwritten before they could be read.
@@ -34,7 +34,7 @@ class Read(NamedTuple):
 
 
 class Journal:
-    """A ring of short records.
+    """A ring buffer of short records, in memory that several processes share.
 
     Args:
         memory: The part of the shared memory for the journal: `NEEDS` bytes, initially zero.
@@ -58,20 +58,20 @@ class Journal:
         self._written[0] = number + 1
 
     def read(self) -> Read:
-        """Return the records since the last call in this process."""
+        """Return the records that were written since the last read by this process."""
         first, last = self._read, self._written[0]
         if first == last:
             return Read([], 0)
         self._read = last
         copies = [self._slot(number) for number in range(first, last)[-_SLOTS:]]
-        # During the copy the writer may have overwritten the oldest of these slots.
+        # The writer may have overwritten the oldest slots during the copy.
         oldest = self._written[0] - _SLOTS + 1
         whole = copies[max(0, oldest - (last - len(copies))) :]
         records = [json.loads(each[_LENGTH.size :][: _length(each)]) for each in whole]
         return Read(records, last - first - len(whole))
 
     def release(self) -> None:
-        """Release the memory."""
+        """Release the view of the shared memory, so that the memory can be closed."""
         self._written.release()
         self._ring.release()
 
@@ -92,7 +92,7 @@ class ConnectionEvent:
         at_us: Time by the clock of `shared.now_us`.
         state: `waiting` (just opened), `run` or `idle`; after the end of the connection `closed` or
             an `EndReason`.
-        readers: Number of open connections that write nothing.
+        readers: Number of open connections that only read (input only and listen only).
     """
 
     at_us: int

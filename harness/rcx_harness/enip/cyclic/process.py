@@ -3,7 +3,8 @@
 `rcx_harness.enip.cyclic.control` starts the process with its settings as JSON. On standard output
 the process reports where it listens (or why it cannot listen) and which connections have ended. It
 reads orders from standard input, one JSON object per line, and ends when standard input ends, at
-the latest with its parent. A thread among other threads would miss its deadlines.
+the latest with its parent. It is a separate process because a thread beside other threads would
+miss its deadlines.
 """
 
 from __future__ import annotations
@@ -27,10 +28,10 @@ _DATAGRAM = 2048
 _LOOK_US = 50_000
 """Longest time between two checks of the link state while there are connections."""
 BEAT_US = 250_000
-"""Longest time between two signs of life while there are no connections."""
+"""Longest time between two signs of life of this process while there are no connections."""
 _AT_ONCE = 128
-"""Number of packets that are read at most before due packets are sent. The limit keeps a flood of
-packets from delaying the due packets."""
+"""Largest number of packets that are read before the due packets are sent. Without this limit, many
+received packets could delay the due packets."""
 _TTL = 1
 
 
@@ -41,7 +42,7 @@ class _Cyclic:
         self._images = images
         self._role = role
         self._exchange = Exchange(images, self._ended, role)
-        # Never SO_REUSEADDR: a second process could then take packets without any error.
+        # Never set SO_REUSEADDR. With it, a second process could take packets without any error.
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.bind((host, port))
         self._host, self.port = self._socket.getsockname()
@@ -72,7 +73,7 @@ class _Cyclic:
             if self._socket in ready:
                 self._receive(due_us)
             due_us = self._poll()
-        # Readers of the images must see that no packets arrive any more.
+        # Publish the end of all connections, so that readers of the images do not wait for packets.
         self._exchange.clear(now_us())
 
     def _poll(self) -> int | None:
@@ -97,7 +98,7 @@ class _Cyclic:
                 datagram, (host, _) = self._socket.recvfrom(_DATAGRAM)
             except BlockingIOError:
                 return
-            except OSError:  # an earlier packet went to a peer that no longer listens
+            except OSError:  # the system reports an earlier packet to a closed port
                 continue
             at_us = now_us()
             if self._images.link is LinkState.UP:
@@ -108,7 +109,7 @@ class _Cyclic:
     def _take(self, datagram: bytes, host: str, at_us: int) -> None:
         if self._exchange.receive(datagram, host, at_us):
             return
-        # The order that adds the packet's connection may still be waiting.
+        # Execute waiting orders first, because one of them may add the packet's connection.
         if not (self._obey() and self._exchange.receive(datagram, host, now_us())):
             self._images.drop(Drop.UNKNOWN)
 
@@ -153,12 +154,12 @@ def main(argument: str) -> None:
     settings = json.loads(argument)
     try:
         images = SharedImages.attach(settings["memory"])
-    except FileNotFoundError:  # the parent has ended meanwhile, and its memory with it
+    except FileNotFoundError:  # the parent has ended and its memory is gone
         return
     with images:
         try:
             cyclic = _Cyclic(images, settings["host"], settings["port"], Role(settings["role"]))
-        # also raised for a bad port or host name
+        # A bad port or host name also raises one of these errors.
         except (OSError, OverflowError, UnicodeError) as error:
             tell({"error": str(error)})
             return
@@ -169,7 +170,7 @@ def main(argument: str) -> None:
 
 
 def _send_nothing(packet: bytes, destination: tuple[str, int], dscp: int) -> None:
-    """Discard the packet, because the link is cut."""
+    """Discard a packet instead of sending it, because the link is down."""
 
 
 if __name__ == "__main__":

@@ -2,7 +2,7 @@
 
 No process waits for another process. A writer writes an image into the next of a few slots and then
 publishes the number of the slot. A reader therefore always gets a complete image, even while the
-next one is being written, and even if the writer dies in the middle of it. State and counters are
+next image is being written, and even if the writer ends during a write. State and counters are
 single words of 64 bits, which are stored and loaded as a whole.
 """
 
@@ -52,11 +52,14 @@ class LinkState(IntEnum):
 
 
 class Word(IntEnum):
-    """Words of the status block; most are written by the process of the cyclic exchange."""
+    """Indices of the words in the status block.
 
-    SIZE = 0  # written once, by the creator
-    LINK = 1  # written by the parent
-    RUN = 2  # written by the scanner
+    The process of the cyclic exchange writes most words.
+    """
+
+    SIZE = 0  # bytes of assembly 100; written once, by the creator
+    LINK = 1  # a `LinkState`; written by the parent
+    RUN = 2  # whether the program runs; written by the scanner
     OWNER = 3  # generation << 8 | OwnerState
     PEER = 4
     O_TO_T_API = 5
@@ -68,16 +71,16 @@ class Word(IntEnum):
     SENT = 11
     MISSING = 12
     SKIPPED = 13
-    ARRIVED = 14  # time on the monotonic clock in microseconds
+    ARRIVED = 14  # time of the last packet on the monotonic clock in microseconds
     GAPS = 15  # number of stored gaps
     SENDING_ENDS = 16  # monotonic clock in microseconds, 0 for never; by the scanner
-    TO_ROBOT_SIZE = 17  # written once, by the creator
-    CYCLIC_ALIVE = 18  # time on the monotonic clock in microseconds
-    ADAPTER_ALIVE = 19  # time of the same clock, written by the adapter's process
-    # bytes of the connected data in the last packet that was dropped for its length
+    TO_ROBOT_SIZE = 17  # bytes of assembly 150; written once, by the creator
+    CYCLIC_ALIVE = 18  # last sign of life on the monotonic clock in microseconds
+    ADAPTER_ALIVE = 19  # monotonic clock in microseconds; by the adapter's process
+    # bytes of connected data in the last packet that was dropped for its length
     WRONG_LENGTH = 20
-    RIGHT_LENGTH = 21  # bytes that the connection of that packet expects
-    DROPPED = 22  # one word for each `Drop`, in their order
+    RIGHT_LENGTH = 21  # bytes that the connection of the dropped packet expects
+    DROPPED = 22  # the first of the counters: one word for each `Drop`
 
 
 class Drop(IntEnum):
@@ -86,7 +89,7 @@ class Drop(IntEnum):
     text: str
 
     def __new__(cls, number: int, text: str) -> Drop:
-        """Return the member; its `text` follows a number, as in "12 packets ..."."""
+        """Create a member. A message shows its `text` after a number of packets."""
         member = int.__new__(cls, number)
         member._value_ = number
         member.text = text
@@ -100,7 +103,7 @@ class Drop(IntEnum):
 
 
 _WORDS = len(Word) - 1 + len(Drop)
-# Indexed by number; looked up once per packet.
+# Maps the number of an owner state to its member; used once per packet.
 _LINK_STATES, _OWNER_STATES = tuple(LinkState), tuple(OwnerState)
 
 
@@ -139,7 +142,7 @@ class Status:
 
     @property
     def dropped(self) -> int:
-        """Return the number of dropped packets, for all reasons."""
+        """Return the total number of dropped packets, whatever the reason."""
         return sum(self.drops)
 
     @property
@@ -168,11 +171,11 @@ class Image(Protocol):
     """The data of an Assembly, of constant length."""
 
     def read(self) -> bytes:
-        """Return the complete image."""
+        """Return a copy of the complete image."""
         ...
 
     def write(self, image: bytes, /) -> None:
-        """Replace the complete image."""
+        """Write a new image, which replaces the old image as a whole."""
         ...
 
 
@@ -188,12 +191,12 @@ class SharedImage:
 
     @staticmethod
     def needs(size: int) -> int:
-        """Return the bytes of shared memory for an assembly of `size` bytes."""
+        """Return the number of bytes of shared memory that an assembly of `size` bytes needs."""
         return _WORD + _SLOTS * _whole_words(size)
 
     @property
     def version(self) -> int:
-        """Return how often the image has been written."""
+        """Return the number of writes so far; a new number means a new image."""
         return self._version[0]
 
     def write(self, image: bytes) -> None:
@@ -207,12 +210,13 @@ class SharedImage:
         while True:
             version = self._version[0]
             image = bytes(self._slots[version % _SLOTS])
-            # This slot is reused only after all others, so it stays unchanged until then.
+            # The writer reuses this slot only after all other slots, so the slot does not change
+            # during the copy.
             if self._version[0] - version < _SLOTS - 1:
                 return image
 
     def release(self) -> None:
-        """Release the memory."""
+        """Release the views of the shared memory, so that the memory can be closed."""
         for view in (self._version, *self._slots):
             view.release()
 
@@ -247,7 +251,7 @@ class SharedImages(Closing):
 
     @classmethod
     def create(cls, size: int, to_robot_size: int | None = None) -> SharedImages:
-        """Return new memory, all zero; its creator must call `unlink`.
+        """Create the shared memory, filled with zeros. The caller must call `unlink` later.
 
         `size` is the size of assembly 100. If `to_robot_size` is None, assembly 150 has the same
         size.
@@ -262,10 +266,10 @@ class SharedImages(Closing):
 
     @classmethod
     def attach(cls, name: str) -> SharedImages:
-        """Return the memory that another process has created."""
+        """Open the shared memory that another process has created with this name."""
         memory = SharedMemory(name)
         if not struct.unpack_from("=Q", memory.buf, Word.SIZE * _WORD)[0]:
-            memory.close()  # Windows creates memory for an unknown name: nobody has initialised it
+            memory.close()  # Windows creates new, uninitialised memory if the name is unknown
             raise FileNotFoundError(name)
         return cls(memory)
 
@@ -334,7 +338,7 @@ class SharedImages(Closing):
         return list(self._gaps[: min(self._words[Word.GAPS], GAPS)])
 
     def set_owner(self, state: OwnerState, connection: ConnectionParameters | None) -> None:
-        """Publish state and address of the owner; only the cyclic process calls this."""
+        """Publish state and address of the owner; only the cyclic process calls this method."""
         words = self._words
         words[Word.PEER] = int(ipaddress.IPv4Address(connection.peer)) if connection else 0
         words[Word.O_TO_T_API] = connection.o_to_t_api_us if connection else 0
@@ -342,31 +346,34 @@ class SharedImages(Closing):
         words[Word.OWNER] = ((words[Word.OWNER] >> 8) + 1) << 8 | state
 
     def count(self, counter: Word, number: int = 1) -> None:
-        """Add to a counter; only the cyclic process calls it."""
+        """Add to a counter of the status block; only the cyclic process calls this method."""
         self._words[counter] += number
 
     def drop(self, reason: Drop) -> None:
-        """Count a dropped packet; only the cyclic process calls it."""
+        """Count a dropped packet; only the cyclic process calls this method."""
         self._words[Word.DROPPED + reason] += 1
 
     def note_length(self, wrong: int, right: int) -> None:
         """Save the length of a packet that was dropped because of its length.
 
-        Only the cyclic process calls it. `wrong` is the length of the packet's data, `right` the
-        length that the connection expects.
+        Only the cyclic process calls this method. `wrong` is the length of the packet's data,
+        `right` the length that the connection expects.
         """
         self._words[Word.WRONG_LENGTH], self._words[Word.RIGHT_LENGTH] = wrong, right
 
     def beat(self, part: Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE], now_us: int) -> None:
-        """Publish a sign of life of a process."""
+        """Publish the current time as the last sign of life of a process."""
         self._words[part] = now_us
 
     def heard_us(self, part: Literal[Word.CYCLIC_ALIVE, Word.ADAPTER_ALIVE]) -> int:
-        """Return the time of the last sign of life of a process, on the monotonic clock."""
+        """Return the time of the last sign of life of a process, on the monotonic clock [us]."""
         return self._words[part]
 
     def arrive(self, now_us: int, gap_us: int | None) -> None:
-        """Count an accepted packet and save the gap before it; only the cyclic process calls it."""
+        """Count an accepted packet and save the gap before it.
+
+        Only the cyclic process calls this method.
+        """
         words = self._words
         words[Word.RECEIVED] += 1
         words[Word.ARRIVED] = now_us
@@ -376,7 +383,10 @@ class SharedImages(Closing):
             words[Word.GAPS] = kept + 1
 
     def unlink(self) -> None:
-        """Remove the name: no other process can attach, and the last user frees the memory."""
+        """Remove the name of the memory.
+
+        No further process can attach, and the last user frees it.
+        """
         self._memory.unlink()
 
     def close(self) -> None:

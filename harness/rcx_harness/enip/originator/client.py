@@ -59,21 +59,21 @@ class Client(Closing):
         self._session = 0
         try:
             self.socket = socket.create_connection((host, port), timeout_s, (source, 0))
-        # also raised for a bad port or host name
+        # A bad port or host name also raises one of these errors.
         except (OSError, OverflowError, UnicodeError) as error:
             raise EnipError(
                 f"no connection to the EtherNet/IP adapter at {self._name}: {error}",
                 hint="check that it is running and that this is its address",
             ) from error
-        # Each message is one small segment. Without this option the system waits up to 40 ms to
-        # fill it.
+        # Each message is one small TCP segment. Without this option the system may wait up to 40 ms
+        # for more data before it sends the segment.
         self.socket.setsockopt(socket.IPPROTO_TCP, socket.TCP_NODELAY, 1)
         version = struct.pack("<HH", PROTOCOL_VERSION, 0)
         self._session = self._exchange(Command.REGISTER_SESSION, version).session
 
     @property
     def local_host(self) -> str:
-        """Return the IPv4 address of this end of the connection."""
+        """Return our IPv4 address on the TCP connection to the adapter."""
         return str(self.socket.getsockname()[0])
 
     @property
@@ -95,7 +95,7 @@ class Client(Closing):
         return self.request(cip.Service.GET_ATTRIBUTE_SINGLE, path)
 
     def set_attribute(self, class_id: int, instance: int, attribute: int, value: bytes) -> None:
-        """Set one attribute."""
+        """Set the value of an attribute."""
         path = cip.encode_path(class_id, instance, attribute)
         self.request(cip.Service.SET_ATTRIBUTE_SINGLE, path, value)
 
@@ -123,7 +123,7 @@ class Client(Closing):
         return reply, content[1]
 
     def close(self) -> None:
-        """End the session and the connection; do nothing if they have ended."""
+        """End the session and its TCP connection; do nothing if they have already ended."""
         if self.socket.fileno() == -1:
             return
         try:
@@ -141,7 +141,8 @@ class Client(Closing):
             self.socket.settimeout(self._timeout_s)
             self.socket.sendall(question.encode())
             while (answer := next_frame(self._received)) is None:
-                # The time limit is for the complete answer, not for each part of it.
+                # Compute the deadline once, because the time limit applies to the complete answer,
+                # not to each part.
                 if (left := deadline - self._clock()) <= 0:
                     raise TimeoutError
                 self.socket.settimeout(left)

@@ -1,4 +1,4 @@
-"""The opening of a connection: once more after each loss, and with remedies for refusals."""
+"""Open a connection, open it again after each loss, and suggest a remedy for a refusal."""
 
 from __future__ import annotations
 
@@ -23,8 +23,8 @@ _SIZES = (
     ExtendedStatus.T_TO_O_SIZE,
 )
 _INTERVALS = (ExtendedStatus.RPI_NOT_SUPPORTED, ExtendedStatus.RPI_NOT_ACCEPTABLE)
-#: By status, the remedy and the option that the remedy needs. A command without this option does
-#: not show the remedy.
+#: Maps an extended status to the option that the remedy needs, and the remedy. A command without
+#: this option does not show the remedy.
 _REMEDIES: dict[int, tuple[str, str]] = {
     ExtendedStatus.CONNECTION_NOT_FOUND: ("", "the adapter has already closed the connection"),
     ExtendedStatus.ONLY_LISTENERS: (
@@ -48,11 +48,11 @@ _REMEDIES: dict[int, tuple[str, str]] = {
         "it has a different assembly to the master; name it with --input-instance",
     ),
 }
-#: Meaning of the interval in a refusal.
+#: Maps the code of an interval in a refusal to the text of the hint.
 _TOLD = {
-    2: "the shortest that it takes",
-    3: "the longest that it takes",
-    4: "the one that it takes",
+    2: "the shortest interval that the device accepts",
+    3: "the longest interval that the device accepts",
+    4: "the only interval that the device accepts",
 }
 
 
@@ -63,10 +63,11 @@ class Opener:
         first_s: Longest wait for the first packet, in seconds; None: the limit of the connection.
 
     Attributes:
-        wanted: Whether a lost connection is opened again. An open connection stays open.
+        wanted: Whether to open a lost connection again. The value False does not close a
+            connection.
         scanner: The scanner that was opened last, even if its connection is lost; None before the
             first opening.
-        reason: Why the last attempt failed; empty if it succeeded.
+        reason: Text about the failure of the last attempt; empty if the attempt succeeded.
     """
 
     def __init__(self, opened: Callable[[], Scanner], first_s: float | None = None) -> None:
@@ -101,19 +102,19 @@ class Opener:
         self._thread.start()
 
     def end(self) -> None:
-        """End the thread, but not the connection; do nothing if the thread has ended."""
+        """End the thread, but leave the connection open; do nothing if there is no thread."""
         self._ended.set()
         if self._thread is not None:
             self._thread.join()
 
     def open(self) -> None:
-        """Open the connection; an earlier connection is replaced."""
+        """Open the connection, which replaces an earlier connection."""
         self.reason = ""
         self.scanner = self._opened()
         self._until_s = time.monotonic() + self._first_s
 
     def keep(self) -> bool:
-        """Open a wanted connection again if it is lost; return False if that fails."""
+        """Open the connection again if it is wanted and lost; return False if the attempt fails."""
         if not self.wanted:
             self._until_s = 0.0
         elif self._is_lost():
@@ -147,7 +148,7 @@ def multiplier_of(timeout_us: int, rpi_us: int) -> int:
 
 
 def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
-    """Return the remedy for a refused Forward Open; empty if none is known.
+    """Return the remedy for a refused Forward Open; return an empty text if no remedy is known.
 
     `size` is the requested number of bytes from the adapter, `options` are options of the command
     that the remedy may name.
@@ -167,7 +168,7 @@ def refusal_hint(error: CipError, size: int, options: Collection[str]) -> str:
 
 
 def _interval_hint(extended: tuple[int, ...]) -> str:
-    """Return the hint about the interval from the words of the refusal (see admission.py)."""
+    """Return the hint about the packet interval, from the extended status words of the refusal."""
     if len(extended) < 6:
         return "try --rpi 10ms"
     kinds = (extended[1] & 0xFF, extended[1] >> 8)

@@ -46,7 +46,7 @@ class PersistentConnection:
         self._lock = threading.Lock()
 
     def received(self) -> Received | str:
-        """Return the received data while packets arrive, otherwise the reason for the silence."""
+        """Return the received data while packets arrive, otherwise the reason why none arrive."""
         with self._lock:
             if self._scanner is None:
                 return self.opener.reason or self._state
@@ -65,7 +65,8 @@ class PersistentConnection:
     def write(self, image: bytes, valid_us: int | None) -> None:
         """Set the data of the next packets.
 
-        The packets stop if `write` is not called again within `valid_us`; None: they never stop.
+        If `write` is not called again within `valid_us` microseconds, the packets stop. With None
+        they never stop.
         """
         with self._lock:
             if self._scanner is not None:
@@ -85,7 +86,7 @@ class PersistentConnection:
             scanner.close()
 
     def _opened(self) -> Scanner:
-        """Return a new scanner with an open connection, and close the one before."""
+        """Close the previous scanner, and return a new scanner with an open connection."""
         self._state = f"{self.name}: the connection is being opened"
         self.close()
         scanner = self._connect()

@@ -46,10 +46,10 @@ class Assemblies:
     """The assemblies of one connection; the defaults fit a controller with areas of 48 bytes.
 
     Args:
-        input_instance: Connection point of the adapter to receive from.
+        input_instance: Connection point of the adapter that sends data to the scanner.
         heartbeat: Connection point that Input Only and Listen Only connections name instead of the
-            output; None: the usual connection point.
-        configuration: Configuration instance to name; None: no instance.
+            output point; None: the usual heartbeat point.
+        configuration: Configuration instance in the path; None: the path names no instance.
         configuration_data: Data for the configuration instance, an even number of bytes.
     """
 
@@ -112,7 +112,7 @@ class Received:
     Attributes:
         image: The newest assembly 100; zero before the first packet.
         age_us: Microseconds since the last packet; None before the first.
-        connected: Whether packets arrive: the status of a PLC's scanner.
+        connected: Whether packets arrive, which a PLC's scanner shows as its status.
     """
 
     image: bytes
@@ -122,7 +122,7 @@ class Received:
 
 @dataclass(frozen=True)
 class ScannerStatistics:
-    """Packet counters since the creation of the scanner; gaps between packets [us], 0: none."""
+    """Packet counters since the creation of the scanner; gaps between packets in us, 0: none."""
 
     sent: int
     received: int
@@ -148,10 +148,11 @@ class Scanner(Closing):
 
     Attributes:
         shared: Both areas, and the state of the cyclic connection.
-        client: The session, for other requests. The connection survives the end of the session.
+        client: The session, for other requests. The connection stays open if the session ends.
         connection: The agreed parameters, also after a loss; None before the first `open` and after
             `close`.
-        ended: Why the connection has ended by itself; None while it is open and after `close`.
+        ended: The reason why the connection has ended by itself; None while it is open and after
+            `close`.
 
     Raises:
         InputError: the controller does not have the size, or the interval or multiplier cannot be
@@ -184,7 +185,8 @@ class Scanner(Closing):
         self._heartbeat = usual if asked.heartbeat is None else asked.heartbeat
         self._adapter = (host, port, timeout_s, address)
         self._originator = random.getrandbits(32)
-        # Each opening has its own number: the adapter may still hold the previous connection.
+        # Each opening has a new serial number, because the adapter may still hold the old
+        # connection.
         self._serials = itertools.count(random.getrandbits(16))
         self._request: OpenRequest | None = None
         self._number = 0
@@ -205,20 +207,20 @@ class Scanner(Closing):
             self.shared.unlink()
 
     def open(self) -> None:
-        """Open the connection; an open or lost connection is closed before.
+        """Close the previous connection, if there is one, and open a new connection.
 
         Raises:
-            CipError: the adapter refused; `status` and `extended` say why.
+            CipError: the adapter refused; `status` and `extended` of the error contain the reason.
             EnipError: the adapter does not answer.
         """
-        with suppress(CipError):  # the adapter has closed the connection, too
+        with suppress(CipError):  # the adapter has already closed it
             self.close_connection()
         self.shared.link = LinkState.UP
         request = self._new_request()
         local_port = self._control.port
         items = []
         if local_port != IO_PORT:
-            # The adapter must learn any port other than the usual one.
+            # The adapter sends to the usual port unless the request names another port.
             items.append((Item.T_TO_O_ADDRESS, socket_address("0.0.0.0", local_port)))
         reply, answered = self._ask(request.forward_open(), *items)
         self._request = request
@@ -271,7 +273,7 @@ class Scanner(Closing):
 
     @property
     def failure(self) -> str:
-        """Return how that process has ended by itself; empty while it runs."""
+        """Return a text about the unexpected end of the cyclic process; empty while it runs."""
         return self._control.failure
 
     def write(self, image: bytes, run: bool = True, valid_us: int | None = None) -> None:
@@ -288,8 +290,8 @@ class Scanner(Closing):
 
     def read(self) -> Received:
         """Return the last received data, and whether packets still arrive."""
-        # The cyclic process writes in the reverse order. The state is read first: when it is RUN,
-        # time and image of a packet are already written. The image is read last, so it is not
+        # The cyclic process writes the image, the time and the state, in this order. So read in the
+        # reverse order: if the state is RUN, time and image are already valid, and the image is not
         # older than its time.
         connected = self._control.alive and self.shared.owner is OwnerState.RUN
         arrived_us = self.shared.arrived_us
@@ -302,7 +304,7 @@ class Scanner(Closing):
         return drops_text(self.shared.status(), numbers=False)
 
     def statistics(self) -> ScannerStatistics:
-        """Return the packet counters, and the gaps between the last 8,192 packets."""
+        """Return the packet counters, and statistics of the last 8,192 gaps between packets."""
         status = self.shared.status()
         gaps = sorted(self.shared.gaps_us())
         return ScannerStatistics(
@@ -321,7 +323,7 @@ class Scanner(Closing):
         self.shared.link = LinkState.CUT
 
     def close_connection(self) -> None:
-        """Close the connection by Forward Close; without one nothing happens.
+        """Close the connection with a Forward Close; do nothing without a connection.
 
         Raises:
             CipError: the adapter refused, for example because it had already closed the connection.
@@ -333,24 +335,27 @@ class Scanner(Closing):
             self._ask(request.forward_close())
 
     def close(self) -> None:
-        """Close connection and session, and end the process; do nothing if they are closed."""
-        with suppress(EnipError):  # our end is closed, even if the adapter refuses
+        """Close the connection and the session, and end the cyclic process.
+
+        A second call does nothing.
+        """
+        with suppress(EnipError):  # our end is closed even if the adapter reports an error
             self.close_connection()
         self.client.close()
         self._control.close()
         self.shared.close()
 
     def _forget(self) -> None:
-        """Discard our end of the connection."""
+        """Remove the connection from the cyclic process, without a message to the adapter."""
         if self.connection is not None:
-            with suppress(EnipError):  # the process has ended, and the connection with it
+            with suppress(EnipError):  # the cyclic process has ended, so there is no connection
                 self._control.remove(self.connection.number)
         self.connection = self._request = None
 
     def _ask(
         self, message: bytes, *items: tuple[int, bytes]
     ) -> tuple[bytes, list[tuple[int, bytes]]]:
-        """Exchange a request, in a new session if the adapter has closed the old session."""
+        """Send a request and return its reply; use a new session if the old session is closed."""
         try:
             try:
                 reply, answered = self.client.exchange(message, *items)
@@ -377,7 +382,7 @@ class Scanner(Closing):
             return start(0)
 
     def _note_end(self, number: int, reason: EndReason) -> None:
-        # This runs in a thread: the end of an earlier connection may be reported late.
+        # A thread calls this method, so the end of an earlier connection may be reported late.
         if number == self._number:
             self.ended = reason
 

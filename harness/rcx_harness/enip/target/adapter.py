@@ -1,4 +1,4 @@
-"""The parent's handle of the adapter: start, the two images, stop."""
+"""The adapter as its parent process uses it: start, exchange of the two images, stop."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rcx_harness.spec.wire import SIZE, check_size
 
 __all__ = ["MODULE", "Adapter"]
 
-#: Module that the process runs.
+#: The module that runs in the adapter's process.
 MODULE = "rcx_harness.enip.target.adapter_process"
 
 
@@ -87,28 +87,28 @@ class Adapter(Closing):
 
     @property
     def failure(self) -> str:
-        """Return which process has ended by itself, and how; empty if none has."""
+        """Return a text about the process that has ended unexpectedly; empty if none has."""
         if not self._failure and not self._closed and not self.alive:
             self._failure = self._find_failure()
         return self._failure
 
     def read_to_robot(self) -> bytes:
-        """Return assembly 150, as the master has written it last."""
+        """Return the content of assembly 150 that the master has written last."""
         return self.shared.to_robot.read()
 
     def write_to_master(self, image: bytes) -> None:
-        """Set assembly 100, which the master reads; exactly `size` bytes."""
+        """Set assembly 100, which the master reads, to exactly `size` bytes."""
         self.shared.to_master.write(image)
 
     def close(self) -> None:
-        """Stop the process and free the memory; do nothing if this is done."""
+        """Stop the adapter's process and free the shared memory; a second call does nothing."""
         self._closed = True
         self._child.stop()
         self._child.reports.close()
         self.shared.close()
 
     def wait_for_failure(self) -> str:
-        """Wait briefly for the end of the process, and return `failure`."""
+        """Wait briefly for the end of the adapter's process, and return the text of `failure`."""
         if not self._closed:
             self._child.wait_for_code()
         return self.failure

@@ -56,7 +56,7 @@ def main(argument: str) -> None:
     settings = json.loads(argument)
     try:
         shared = SharedImages.attach(settings["memory"])
-    except FileNotFoundError:  # the parent has ended meanwhile, and its memory with it
+    except FileNotFoundError:  # the parent has ended and its memory is gone
         return
     with shared:
         asyncio.run(_Adapter(settings, shared).run())
@@ -79,7 +79,7 @@ class _Adapter:
             await self._start()
         except EnipError as error:
             tell({"refused": str(error)})
-        # also raised for a bad port or host name
+        # A bad port or host name also raises one of these errors.
         except (OSError, OverflowError, UnicodeError) as error:
             tell({"error": str(error)})
         else:
@@ -131,7 +131,7 @@ class _Adapter:
 
     def _start_cyclic(self, host: str, port: int) -> CyclicControl:
         def ended(number: int, reason: EndReason) -> None:
-            with suppress(RuntimeError):  # the event loop may have ended before
+            with suppress(RuntimeError):  # the event loop may already have ended
                 self._loop.call_soon_threadsafe(self._ended, number)
 
         return CyclicControl(self._shared.name, host, port, ended)
@@ -174,17 +174,17 @@ class _Adapter:
         await asyncio.wait((waiting, looking), return_when=asyncio.FIRST_COMPLETED)
         waiting.cancel()
         if looking.done():
-            looking.result()  # raises the error of the task
+            looking.result()  # raises the error that has ended the task
         looking.cancel()
 
     def _lose_cyclic_part(self, device: Device) -> None:
-        """Publish the loss of the owner; the cyclic process has ended and cannot publish it."""
+        """Publish the loss of the owner, because the cyclic process has ended and cannot do it."""
         device.connections.forget_cyclic()
         if self._shared.owner in (OwnerState.WAITING, OwnerState.RUN, OwnerState.IDLE):
             self._shared.set_owner(OwnerState.TIMED_OUT, None)
 
     async def _look(self) -> None:
-        """Follow the link state and check time-outs every second, until a process ends."""
+        """Check link state and time-outs every second, until one of the processes ends."""
         assert self._device is not None
         for turn in itertools.count():
             self._shared.beat(Word.ADAPTER_ALIVE, now_us())

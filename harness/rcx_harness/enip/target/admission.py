@@ -54,11 +54,11 @@ _KEPT_PART = 8
 
 
 def has_room(taken: Iterable[str], peer: str, places: int, of_peer: int) -> bool:
-    """Return whether an address may open one more connection.
+    """Return whether the address `peer` may open one more connection.
 
     `taken` has the address of each open connection. At most `places` connections can be open, and
-    at most `of_peer` from one address. The last eighth is reserved for addresses without a
-    connection.
+    at most `of_peer` from one address. The last eighth of the `places` is reserved for addresses
+    that have no connection yet.
     """
     count = Counter(taken)
     own = count[peer]
@@ -78,7 +78,7 @@ _ACCEPTABLE, _MINIMUM, _MAXIMUM, _REQUIRED = 0, 2, 3, 4
 
 
 def refused(code: ExtendedStatus, *words: int) -> Refusal:
-    """Return a connection failure with this extended status and further words."""
+    """Return the error for a refused connection: extended status and further status words."""
     return Refusal(Status.CONNECTION_FAILURE, (code, *words))
 
 
@@ -133,11 +133,11 @@ def check_cyclic(
 ) -> ConnectionKind:
     """Check a class 1 connection: its application paths, sizes and intervals.
 
-    `produced_us` is the interval of the multicast production that the connection would join, if
-    there is one.
+    `produced_us` is the packet interval of the multicast production that the connection would
+    share; None without such a production.
 
     Returns:
-        The application type that its paths select.
+        The application type (ConnectionKind) that the connection's paths select.
 
     Raises:
         Refusal: with extended status 0x12F, 0x129, 0x12A, 0x12B, 0x126, 0x127, 0x128, 0x112 or
@@ -185,6 +185,6 @@ def _check_intervals(request: ForwardOpen, least: int, greatest: int) -> None:
 
 
 def _interval(o_to_t: int, o_to_t_us: int, t_to_o: int, t_to_o_us: int) -> Refusal:
-    """Return refusal 0x112: two bytes with the meanings of the intervals, then both intervals."""
+    """Return refusal 0x112: two codes for the meanings of the intervals, then both intervals."""
     words = (number & 0xFFFF for us in (o_to_t_us, t_to_o_us) for number in (us, us >> 16))
     return refused(ExtendedStatus.RPI_NOT_ACCEPTABLE, o_to_t | t_to_o << 8, *words)

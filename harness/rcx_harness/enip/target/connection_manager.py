@@ -68,7 +68,7 @@ class Origin:
 
     Attributes:
         local: Our IPv4 address that the originator has used.
-        session: Handle of the session. An explicit connection ends with it.
+        session: Handle of the session. An explicit connection ends with its session.
         addresses: Socket address items of the request, by their type.
         items: Socket address items for the reply.
     """
@@ -85,7 +85,7 @@ _OPENING = (ConnectionService.FORWARD_OPEN, ConnectionService.LARGE_FORWARD_OPEN
 
 
 class ExplicitConnection:
-    """A class 3 connection, which answers its messages.
+    """A class 3 connection, which carries explicit messages and answers them.
 
     A repeated message, which has the same sequence count, gets the same reply and is not executed
     again.
@@ -108,11 +108,11 @@ class ExplicitConnection:
         self._reply = b""
 
     def has_timed_out(self, now: float) -> bool:
-        """Return whether no message came within the time-out (for the first: at least 10 s)."""
+        """Return whether the time-out has passed without a message (first: at least 10 s)."""
         return now >= self._deadline
 
     def answer(self, message: bytes, now: float, perform: Callable[[bytes], bytes]) -> bytes | None:
-        """Reply to a message; both begin with the sequence count.
+        """Return the reply to a message. Message and reply begin with the same sequence count.
 
         A message that is longer than the connection's size is answered with status 0x15. `perform`
         executes the CIP request and returns its reply.
@@ -190,7 +190,7 @@ class ConnectionManager:
         self._peers: dict[Triad, str] = {}
         self._class1: dict[Triad, ConnectionParameters] = {}
         self._openers: dict[Triad, int] = {}
-        """The session that has opened a class 1 connection; it may have ended since."""
+        """The session that has opened a class 1 connection. This session may have ended since."""
 
     @property
     def is_owned(self) -> bool:
@@ -203,7 +203,7 @@ class ConnectionManager:
         return tuple(self._class1.values())
 
     def perform(self, request: Request, origin: Origin) -> bytes:
-        """Reply to (Large) Forward Open or Forward Close; reply 0x08 to other services."""
+        """Reply to (Large) Forward Open and Forward Close; other services get error 0x08."""
         asked = None
         opens = request.service in _OPENING
         try:
@@ -223,13 +223,13 @@ class ConnectionManager:
         return encode_reply(request.service, Status.SUCCESS, data)
 
     def explicit(self, connection_id: int, session: int) -> ExplicitConnection | None:
-        """Return the class 3 connection with this id if it is open and belongs to this session."""
+        """Return the open class 3 connection of a session with this id; None if there is none."""
         self.expire()
         found = self._explicit.get(connection_id)
         return found if found is not None and found.session == session else None
 
     def is_used_by(self, session: int) -> bool:
-        """Return whether this session has opened a connection (class 1 or 3) that is still open."""
+        """Return whether the session has opened a connection (class 1 or 3) that is still open."""
         self.expire()
         explicit = {connection.session for connection in self._explicit.values()}
         return session in explicit | set(self._openers.values())
@@ -244,20 +244,20 @@ class ConnectionManager:
         self._drop(lambda connection: connection.has_timed_out(now))
 
     def ended(self, number: int) -> None:
-        """Remove a class 1 connection that the cyclic part has ended by itself."""
+        """Remove a class 1 connection that the cyclic process has ended by itself."""
         for triad, parameters in list(self._class1.items()):
             if parameters.number == number:
                 self._forget(triad)
 
     def forget_cyclic(self) -> None:
-        """Remove all class 1 connections, because the cyclic part has ended."""
+        """Remove all class 1 connections, because the cyclic process has ended."""
         for triad in self._class1:
             del self._peers[triad]
         self._class1.clear()
         self._openers.clear()
 
     def close_all(self) -> None:
-        """Close all connections, as a reset does."""
+        """Close all connections of class 1 and 3, because the device is reset."""
         while self._class1:
             self._remove(next(iter(self._class1)))
         self._drop(lambda _: True)
@@ -329,7 +329,7 @@ class ConnectionManager:
         )
         try:
             self._cyclic.add(parameters)
-        except EnipError:  # the cyclic process has ended
+        except EnipError:  # the cyclic process has ended, so it cannot add a connection
             raise refused(ExtendedStatus.OUT_OF_CONNECTIONS) from None
         self._class1[request.triad] = parameters
         self._openers[request.triad] = origin.session
@@ -359,7 +359,10 @@ class ConnectionManager:
 
     @staticmethod
     def _destination_port(multicast: bool, origin: Origin) -> int:
-        """Return the UDP port for our packets; an originator may set it for its own address."""
+        """Return the UDP port for our packets.
+
+        The originator may name a port for its own address.
+        """
         item = origin.addresses.get(Item.T_TO_O_ADDRESS)
         if multicast or item is None:
             return IO_PORT
@@ -387,11 +390,11 @@ class ConnectionManager:
         number = self._class1[triad].number
         self._forget(triad)
         if self._cyclic is not None:
-            with suppress(EnipError):  # the cyclic process has ended, and the connection with it
+            with suppress(EnipError):  # the cyclic process has ended, so there is no connection
                 self._cyclic.remove(number)
 
     def _forget(self, triad: Triad) -> None:
-        """Remove a connection, and the listen-only connections if no others remain."""
+        """Remove a connection; if only listen-only connections remain, remove them as well."""
         del self._class1[triad], self._peers[triad], self._openers[triad]
         if len(self._class1) == self._count(ConnectionKind.LISTEN_ONLY):
             for alone in list(self._class1):

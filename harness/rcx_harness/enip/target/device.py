@@ -2,8 +2,8 @@
 
 A session is one TCP connection of a scanner, with encapsulation commands and their answers. Source:
 EtherNet/IP adaptation of CIP (volume 2), chapter 2. A command that cannot be served is answered
-with an error status. The connection ends with UnRegisterSession, after a frame that is too long or
-too slow, and after a long silence.
+with an error status. The TCP connection ends after UnRegisterSession, after a frame that is too
+long or too slow, and after a long time without a frame.
 """
 
 from __future__ import annotations
@@ -46,12 +46,12 @@ SLOW_S = 10.0
 """Longest time between the first and the last byte of a frame, in seconds."""
 
 IDLE_S = 10.0
-"""If there is no room for a new session, a session that was silent for this time is closed [s]."""
+"""Time without a request after which a session may be closed to make room for a new session [s]."""
 
 
 #: Commands that need a registered session.
 _OF_SESSION = (Command.UNREGISTER_SESSION, Command.SEND_RR_DATA, Command.SEND_UNIT_DATA)
-#: Bytes of a header up to and including the length of the data.
+#: Position of the length of the data within the bytes of a header.
 _LENGTH = slice(2, 4)
 
 
@@ -80,7 +80,7 @@ class Session:
         }
 
     def receive(self, data: bytes | memoryview) -> bytes:
-        """Process received bytes, with complete or incomplete frames; return all answers."""
+        """Process received bytes and return all answers. The last frame may still be incomplete."""
         now = self._device.clock()
         if not self._received:
             self._started = now
@@ -95,7 +95,7 @@ class Session:
         return b"".join(answer.encode() for answer in answers)
 
     def is_overdue(self) -> bool:
-        """Return whether nothing has arrived for too long, or a frame is taking too long."""
+        """Return whether the client has been silent for too long, or sends a frame too slowly."""
         now = self._device.clock()
         if self._received and now - self._started >= SLOW_S:
             return True
@@ -105,9 +105,9 @@ class Session:
     def gives_way(self) -> tuple[bool, float] | None:
         """Return the rank of the session; a new session replaces the session with the lowest rank.
 
-        TCP connections without a session have a lower rank than those with a session; among equals,
-        the longest silence has the lowest rank. None: the session must stay, because it has an open
-        connection or its last request is recent.
+        A TCP connection without a session has a lower rank than a TCP connection with a session.
+        Otherwise the longest silence has the lowest rank. None: the session must stay, because it
+        has an open connection or its last request is recent.
         """
         if not self._handle:
             return False, self._last_frame
@@ -118,14 +118,14 @@ class Session:
         return True, self._last_frame
 
     def close(self) -> None:
-        """End the session and its class 3 connections, whichever side closed it."""
+        """End the session and its class 3 connections, whether we or the client closed it."""
         self.ended = True
         if self._handle:
             self._device.unregister(self._handle)
             self._handle = 0
 
     def _next(self) -> Frame | None:
-        """Return the next whole frame; an oversized frame ends the connection at its header."""
+        """Return the next complete frame, or None. An oversized frame ends the TCP connection."""
         if len(self._received) < HEADER_SIZE:
             return None
         if int.from_bytes(self._received[_LENGTH], "little") > MAX_DATA:
@@ -178,7 +178,7 @@ class Session:
             return frame.answer(status=EncapsulationStatus.INCORRECT_DATA)
         connection = self._device.connections.explicit(found[0], self._handle)
         if connection is None:
-            return None  # the connection has ended meanwhile; its originator will notice
+            return None  # the connection has ended; its originator will notice
         reply = connection.answer(
             found[1],
             self._device.clock(),
@@ -191,7 +191,8 @@ class Session:
 
 
 MAX_SESSIONS = 64
-"""The limit is equal to the limit of TCP connections (`servers`), so each can have a session."""
+"""The limit of sessions equals the limit of TCP connections (see `servers`), so each TCP connection
+can have a session."""
 
 # Identity object, status word: bit 0, and bits 4 to 7 (volume 1, chapter 5, 2.2.1.5)
 _OWNED = 0x0001

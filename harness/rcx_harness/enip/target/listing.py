@@ -30,20 +30,20 @@ _CIP_OVER_TCP, _CYCLIC_OVER_UDP = 0x0020, 0x0100  # capability flags
 
 
 class Listing:
-    """Answers ListServices, ListIdentity and ListInterfaces."""
+    """Answers the discovery commands ListServices, ListIdentity and ListInterfaces."""
 
     def __init__(self, router: Router, cyclic: bool) -> None:
         self._router = router
         self._flags = _CIP_OVER_TCP | (_CYCLIC_OVER_UDP if cyclic else 0)
 
     def answer(self, frame: Frame, local: tuple[str, int]) -> Frame | None:
-        """Answer a command.
+        """Answer a discovery command.
 
-        The request must have no data, otherwise it is refused with 0x65. `local` is our own host
-        and port, as shown by ListIdentity.
+        A command with data is refused with status 0x65. `local` is our own host and port, as shown
+        by ListIdentity.
 
         Returns:
-            The answer; None if the command is not one of these three.
+            The answer; None if the command is not a discovery command.
         """
         if frame.command == Command.LIST_SERVICES:
             item = struct.pack("<HH16s", PROTOCOL_VERSION, self._flags, b"Communications")
@@ -66,14 +66,14 @@ _DEFAULT_DELAY_MS, _LEAST_DELAY_MS = 2000, 500
 
 @dataclass(frozen=True)
 class Delayed:
-    """An answer and the seconds to wait before it is sent."""
+    """An answer, and the delay in seconds before it is sent."""
 
     data: bytes
     delay_s: float
 
 
 class Datagrams:
-    """The answers to datagrams on the UDP port.
+    """Answers the datagrams on the UDP port of explicit messages.
 
     Args:
         random: Function that returns a uniform random number from 0 to 1.

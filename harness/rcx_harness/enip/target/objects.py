@@ -29,7 +29,7 @@ __all__ = ["ObjectModel"]
 DSCP = {4: 55, 5: 47, 6: 43, 7: 31, 8: 27}
 """Initial code points of the QoS object by attribute: urgent to low priority, explicit messages."""
 
-_CONFIGURED = 1  # status: the interface configuration is valid
+_CONFIGURED = 1  # interface status: the configuration is valid
 _FULL_DUPLEX_UP = 0x0F  # link up, full duplex, negotiated (3 in bits 2 to 4)
 _MBIT = 100
 _NEGOTIATE = 1
@@ -44,17 +44,17 @@ def tcp_ip_values(interface: NetworkInterface, group: str) -> dict[int, bytes]:
     address = _number(interface.address) + _number(interface.netmask) + bytes(12)
     return {
         1: struct.pack("<I", _CONFIGURED),
-        2: bytes(4),  # configuration capability: none
+        2: bytes(4),  # configuration capability: none, all settings are fixed
         3: bytes(4),  # configuration control: a fixed address
         # physical link object: no path, because the module's switch has two of these objects
         4: bytes(2),
-        5: address + bytes(2),  # gateway, name servers and domain name: none
+        5: address + bytes(2),  # gateway, name servers and domain name: none set
         6: bytes(2),  # host name: none
         7: bytes(6),  # safety network number
         8: bytes([1]),  # time to live of multicast packets
         9: struct.pack("<BxH", 0, 1) + _number(group),  # multicast: allocated by address, one group
         10: bytes(1),  # address conflict detection: off
-        11: bytes(35),  # last conflict: none
+        11: bytes(35),  # last address conflict: none
         12: bytes(1),  # quick connect: off
     }
 
@@ -99,7 +99,7 @@ for _name in ("cpppo", "enip"):
     logging.getLogger(_name).setLevel(logging.CRITICAL)
 
 
-#: A subclass of cpppo's Object for each class of CIP objects.
+#: Maps each class of CIP objects to a subclass of cpppo's Object.
 _KINDS: dict[ClassId, Any] = {
     class_id: type(f"Class{class_id}", (device.Object,), {"class_id": int(class_id)})
     for class_id in ClassId
@@ -107,7 +107,10 @@ _KINDS: dict[ClassId, Any] = {
 
 
 class _Value(device.Attribute):  # type: ignore[misc]  # cpppo has no types
-    """An attribute that gets its bytes from a function; with a `write` it can be set."""
+    """An attribute whose bytes come from a function.
+
+    It can be set if there is a `write` function.
+    """
 
     def __init__(
         self,
@@ -120,7 +123,7 @@ class _Value(device.Attribute):  # type: ignore[misc]  # cpppo has no types
         self.write = write
 
     def produce(self, start: int = 0, stop: int | None = None) -> bytes:
-        """Return the current bytes."""
+        """Return the current bytes of the attribute's value."""
         return self.read()[start:stop]
 
 
@@ -208,7 +211,7 @@ class ObjectModel:
         Raises:
             Refusal: 0x14 if there is no such attribute, 0x0E if it is read only, 0x13 if the value
                 is too short, 0x15 if it is too long, 0x09 if it is invalid, 0x0C while a connection
-                owns the device, because then nothing may be set.
+                owns assembly 150, because it locks all attributes.
         """
         attribute = self._attribute(path.class_id, path.instance, path.attribute)
         if getattr(attribute, "write", None) is None:
@@ -249,7 +252,10 @@ class ObjectModel:
         return found
 
     def _find(self, *path: int) -> Any:
-        """Return an object or attribute, or None; an existing result is cached."""
+        """Return an object or attribute, or None if it does not exist.
+
+        An object that exists is cached.
+        """
         found = self._found.get(path)
         if found is None:
             found = device.lookup(*map(int, path))
@@ -277,7 +283,7 @@ class ObjectModel:
 
 
 def _add(class_id: ClassId, instance: int, attributes: Mapping[int, Any]) -> None:
-    """Create an instance; with the first instance, create its class, too."""
+    """Create an instance of a class; with its first instance, create the class itself."""
     _KINDS[class_id](instance_id=instance).attribute.update(
         {str(k): v for k, v in attributes.items()}
     )
@@ -311,7 +317,7 @@ def _identity_attributes(identity: Identity, status: Callable[[], int]) -> dict[
         for number, (name, kind, value) in enumerate(values, start=1)
     }
     attributes[5] = _Value("Status", lambda: struct.pack("<H", status()))
-    # Get_Attributes_All ends with the product name; ListIdentity and Get_Attribute_Single need it.
+    # Get_Attributes_All leaves out the state, which ListIdentity and Get_Attribute_Single show.
     mask = device.Attribute.MASK_GA_ALL
     attributes[8] = device.Attribute("State", parser.USINT, default=_OPERATIONAL, mask=mask)
     return attributes

@@ -1,7 +1,7 @@
-"""The text about a refused connection: the requester, the reason, and the setting to change.
+"""A text about a refused connection: the requester, the reason, and the setting to change.
 
-The tool of a PLC often shows only the code of a refusal. The controller knows both the request and
-its own properties.
+The engineering tool of a PLC often shows only the code of a refusal. The controller has both the
+request and its own properties, so its text can name the remedy.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _NAMES = {
     ConnectionKind.LISTEN_ONLY: "a listen only connection",
 }
 _HEADER = "the 32-bit run/idle header"
-_TRIES = 8  # number of connection points of a path that are shown
+_TRIES = 8  # largest number of connection points in the text
 
 
 @dataclass(frozen=True)
@@ -164,7 +164,7 @@ def _from_controller(request: ForwardOpen, facts: Facts) -> str:
 
 
 def _set_size(asked: int, size: int, header: str) -> str:
-    """Return the setting to change, and the controller's other size if that was requested."""
+    """Return the setting to change in the PLC; name --size if the other size was requested."""
     text = f"set {size} bytes {header} in the PLC"
     for other in AREA_SIZES:
         if other != size and asked in (other, other + RUN_IDLE_SIZE):

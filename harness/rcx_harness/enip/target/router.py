@@ -28,7 +28,7 @@ _MAX_REPLY = 4000
 _CONNECTION_SERVICES = frozenset(ConnectionService)
 # two bytes with priority and ticks (ignored), then the length of the message
 _UNCONNECTED_SEND = struct.Struct("<2xH")
-_BACKPLANE = b"\x01\x00"  # port 1, link address 0: scanners presume a processor there
+_BACKPLANE = b"\x01\x00"  # port 1, link address 0: scanners expect a processor at this address
 
 
 class Router:
@@ -93,7 +93,7 @@ class Router:
         return self._objects.perform(request.service, path)
 
     def _get_list(self, path: Path, data: bytes) -> bytes:
-        # Answered here because the reply of cpppo lacks the number of attributes.
+        # Answer this service here, because the reply of cpppo lacks the number of attributes.
         wanted = 2 + 2 * int.from_bytes(data[:2], "little")
         if len(data) < max(wanted, 2):
             raise Refusal(Status.NOT_ENOUGH_DATA)
@@ -113,8 +113,8 @@ class Router:
     def _reset_device(self, request: Request) -> bytes:
         """Reset the network side for type 0 (the default), and refuse all other types.
 
-        While a master owns the outputs, the reset is refused: a stray message must not separate a
-        robot from its master.
+        While a master owns the outputs, the reset is refused, because an unintended reset would
+        separate the robot from its master.
         """
         if len(request.data) > 1:
             raise Refusal(Status.TOO_MUCH_DATA)
@@ -126,7 +126,7 @@ class Router:
         return encode_reply(request.service, Status.SUCCESS)
 
     def _unconnected_send(self, request: Request, origin: Origin, routed: bool) -> bytes:
-        """Execute the contained request, which must be for this device: it has no other port."""
+        """Execute the request inside an Unconnected Send, which must be for this device."""
         data = request.data
         if len(data) < _UNCONNECTED_SEND.size:
             raise Refusal(Status.NOT_ENOUGH_DATA)
@@ -146,7 +146,7 @@ class Router:
                 if known
                 else ExtendedStatus.PORT_NOT_AVAILABLE
             )
-            # the data are the number of remaining words of the route, and a reserved byte
+            # data: number of remaining words of the route, and a reserved byte
             raise Refusal(Status.CONNECTION_FAILURE, (code,), bytes([words, 0]))
         message = data[_UNCONNECTED_SEND.size : end]
         if length < 2 or routed:

@@ -29,8 +29,8 @@ __all__ = [
 MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER = 64, 32
 _NEWCOMERS = 1
 
-#: Number of bytes of a connection that are processed before other connections get a turn. A
-#: permanent buffer receives them, because asyncio's `Protocol` allocates and frees 256 KiB each
+#: Number of bytes that one connection may process before other connections are served. The bytes
+#: are received in a permanent buffer, because asyncio's `Protocol` allocates and frees 256 KiB each
 #: time.
 _TURN = 1024
 
@@ -42,7 +42,7 @@ class TcpServer:
         self.device = device
         self.accepts = True
         self.connections: set[_Connection] = set()
-        """The open connections."""
+        """The open TCP connections of the device."""
 
     def protocol(self) -> asyncio.BufferedProtocol:
         """Return the protocol object that asyncio needs for each new connection."""
@@ -54,10 +54,10 @@ class TcpServer:
         return self.accepts and has_room(taken, peer, MAX_CONNECTIONS, MAX_CONNECTIONS_OF_PEER)
 
     def make_room(self, peer: str) -> bool:
-        """Close an idle connection if a newcomer needs room; return whether there is room.
+        """Close an idle connection if necessary; return whether the address may connect.
 
-        A newcomer is an address with at most one connection, because a master that has lost its
-        connection without notice connects from the same address again.
+        A connection is closed only for an address with at most one connection. A master that has
+        lost its connection without notice connects again from the same address.
         """
         if self.has_room(peer):
             return True
@@ -72,7 +72,7 @@ class TcpServer:
         return True
 
     def close_overdue(self) -> None:
-        """Close connections that have been silent or slow for too long."""
+        """Close TCP connections that have been silent or slow for too long."""
         for connection in list(self.connections):
             if connection.session.is_overdue():
                 connection.transport.abort()
@@ -118,7 +118,7 @@ class _Connection(asyncio.BufferedProtocol):
         self._server.connections.add(self)
 
     def get_buffer(self, sizehint: int) -> memoryview:
-        """Return the buffer for the bytes of one turn; further bytes wait."""
+        """Return the buffer for the bytes of one read; asyncio reads further bytes later."""
         return self._received
 
     def buffer_updated(self, nbytes: int) -> None:
@@ -139,7 +139,7 @@ class _Connection(asyncio.BufferedProtocol):
         self.transport.resume_reading()
 
     def give_way(self) -> None:
-        """Close the connection at once, so that a new connection and a new session are possible."""
+        """Close this connection at once, to make room for a new connection and its session."""
         self.transport.abort()
         self._leave()
 
@@ -161,8 +161,8 @@ class UdpServer:
     """The UDP sockets of one device.
 
     Args:
-        local: Host and port to bind to. With `ANY`, a broadcast cannot be distinguished from a
-            request to this device alone, so each request is answered at once.
+        local: Host and port to bind to. With `ANY`, a broadcast looks like a request to this device
+            alone, so each request is answered at once.
         broadcasts: Broadcast addresses to listen at; addresses that the system refuses are skipped.
 
     Attributes:
@@ -192,7 +192,7 @@ class UdpServer:
                 continue  # some systems cannot bind to a broadcast address
 
     async def start(self) -> None:
-        """Begin to answer."""
+        """Open the sockets and begin to answer datagrams."""
         loop = asyncio.get_running_loop()
         transport, _ = await loop.create_datagram_endpoint(
             lambda: _Endpoint(self, broadcast=False), sock=self._unicast
@@ -230,8 +230,8 @@ class _Endpoint(asyncio.DatagramProtocol):
             return
         room = has_room(server.delayed, addr[0], MAX_DELAYED, MAX_DELAYED_OF_PEER)
         if answer.delay_s == 0 or not room:
-            # If too many answers are delayed already, this answer is sent at once instead of being
-            # dropped.
+            # If too many delayed answers are waiting, send this answer at once instead of dropping
+            # it.
             self._send(answer.data, addr)
         else:
             server.delayed.append(addr[0])

@@ -1,1 +1,1 @@
-"""`rcx compare`: compare a recorded and the virtual controller at the same input."""
+"""`rcx compare`: compare a recorded controller with the virtual controller at the same input."""

@@ -1,4 +1,4 @@
-"""The parts of an area that are compared one by one: status, response, signals, ports."""
+"""The channels of an area: status, response, signals and ports, which are compared separately."""
 
 from __future__ import annotations
 
@@ -17,11 +17,11 @@ STATUS, RESPONSE = "status", "response"
 
 @dataclass(frozen=True)
 class Channel:
-    """One part of the area from the controller.
+    """A channel of the area from the controller: one signal, one port, or some words.
 
     Attributes:
         name: `status`, `response`, `SO02`, `SO2()`, `reserved` or `SOW(24)`.
-        end: Number of the byte after the last byte of the channel.
+        end: Offset of the first byte behind the channel.
         bit: The channel's bit within the byte; None if the channel consists of whole bytes.
     """
 
@@ -31,14 +31,14 @@ class Channel:
     bit: int | None = None
 
     def of(self, area: bytes) -> int:
-        """Return the value of the channel in an area."""
+        """Return the value that the channel has in `area`."""
         value = int.from_bytes(area[self.first : self.end], "little")
         return value if self.bit is None else value >> self.bit & 1
 
 
 @lru_cache(maxsize=2)
 def channels(size: int) -> tuple[Channel, ...]:
-    """Return the channels of an area of this size, from the first byte to the last."""
+    """Return all channels of an area with `size` bytes, in the order of their bytes."""
     found = [Channel(STATUS, 0, 2), Channel(RESPONSE, 2, DEDICATED_AT)]
     names = {(one.byte, one.bit): one.short for one in signals().output}
     for at in (DEDICATED_AT, DEDICATED_AT + 1):
@@ -67,7 +67,7 @@ class Timeline:
 
     @classmethod
     def of(cls, channel: Channel, outputs: Sequence[tuple[int, bytes]]) -> Timeline:
-        """Return the timeline of a channel in consecutive areas."""
+        """Return the timeline of one channel, taken from consecutive areas."""
         changes: list[tuple[int, int]] = []
         for t_us, area in outputs:
             value = channel.of(area)
@@ -76,12 +76,12 @@ class Timeline:
         return cls(changes)
 
     def at(self, t_us: int) -> int | None:
-        """Return the value at a time; None before the first value."""
+        """Return the value at a time. Before the first value this is None."""
         place = bisect_right(self.times, t_us) - 1
         return self.values[place] if place >= 0 else None
 
     def stretches(self, from_us: int, end_us: int) -> Iterator[tuple[int, int, int]]:
-        """Yield begin, end and value of each stretch between two times."""
+        """Yield each period of constant value between two times as begin, end and value."""
         first = max(0, bisect_right(self.times, from_us) - 1)
         for place in range(first, len(self.times)):
             begin_us = max(from_us, self.times[place])
@@ -92,7 +92,10 @@ class Timeline:
                 yield begin_us, min(behind_us, end_us), self.values[place]
 
     def next_change(self, from_us: int, wanted: int | None) -> int | None:
-        """Return the time of the next change to a value (None: to any value); None if never."""
+        """Return the time of the next change to `value`; with `value` None, of the next change.
+
+        Return None if there is no later change.
+        """
         for place in range(bisect_left(self.times, from_us), len(self.times)):
             if place and (wanted is None or self.values[place] == wanted):
                 return self.times[place]
@@ -117,9 +120,9 @@ def differences(
     span: tuple[int, int],
     tolerance_us: int,
 ) -> Iterator[Difference]:
-    """Return the periods in which one side shows a value that the other side does not show.
+    """Return the periods in which only one of the two controllers shows a value.
 
-    Values count as shown if their times on both sides differ at most by the tolerance.
+    A value counts as shown by both if its times differ by at most the tolerance.
 
     A value that the virtual controller shows for less time than the tolerance may be missing in the
     recording, because no packet was sent while it lasted.

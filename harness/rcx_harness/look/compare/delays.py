@@ -18,7 +18,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT, ENDS, RE
 
 __all__ = ["DELAYS", "INPUTS", "Drawn", "Guide", "asked"]
 
-#: The change that ends each delay: channels and the values that they reach.
+#: Maps a delay to the changes that end it: channels, and the values that the channels reach.
 _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "boot_time": (("SO01", (1,)),),
     "link_error_delay": (("SO03", (1,)),),
@@ -37,7 +37,8 @@ _ANSWERS: dict[str, tuple[tuple[str, tuple[int, ...]], ...]] = {
     "status_reset_delay": ((STATUS, (READY,)),),
 }
 DELAYS = tuple(_ANSWERS)
-#: The input that starts each delay, with its level. A repeated request restarts the delay.
+#: Maps a delay to the inputs that start it, each with its level. A repeated request restarts the
+#: delay.
 _ASKED = {
     "emergency_stop_delay": (("SI00", 0),),
     "emergency_release_delay": (("SI00", 1),),
@@ -53,7 +54,7 @@ _ASKED = {
 INPUTS = {one.short: Channel(one.short, one.byte, one.byte + 1, one.bit) for one in signals().input}
 _OF_COMMANDS = ("command_accept_delay", "command_delay")
 _CODE, _WORDS = Channel("code", 0, 2), Channel("words", 0, DEDICATED_AT)
-#: A change after more than this time is not the answer to the request [us].
+#: If a change comes later than this [us] after a request, it is not the answer to the request.
 _LONGEST_US = 60_000_000
 
 
@@ -63,7 +64,7 @@ class Drawn:
 
     Attributes:
         key: The key of the delay.
-        seen: Whether the recording shows the delay itself, or a lower limit of it.
+        seen: True if the recording shows the delay or a lower limit of the delay.
     """
 
     key: str
@@ -73,14 +74,20 @@ class Drawn:
 
 
 def asked(inputs: Sequence[tuple[int, bytes | None]]) -> dict[str, Timeline]:
-    """Return the PLC's dedicated inputs, `code` and `words`; 0 without a connection."""
+    """Return the timelines of the dedicated inputs, of `code` and of `words`, as sent by the PLC.
+
+    Without a connection all values are 0.
+    """
     size = next((len(si) for _, si in inputs if si is not None), SIZE)
     areas = [(t_us, bytes(size) if si is None else si) for t_us, si in inputs]
     return {one.name: Timeline.of(one, areas) for one in (_CODE, _WORDS, *INPUTS.values())}
 
 
 def _shows_run(status: Timeline, words: Timeline) -> bool:
-    """Return whether any unchanged command shows status 0x0100, except continuous output."""
+    """Return whether status 0x0100 was seen for a command.
+
+    Continuous output and commands that were changed before their end do not count.
+    """
     for before, at_us, now in zip(status.values, status.times[1:], status.values[1:], strict=False):
         was, there = words.at(at_us - 1) or 0, words.at(at_us) or 0
         entry = commands().get(there & 0x0FFF)
@@ -105,7 +112,7 @@ class Guide:
         free: Keys of delays that follow the recording even outside the range of the configuration.
 
     Attributes:
-        drawn: The delays that were drawn, in order.
+        drawn: All delays of the replay, in the order in which they were needed.
     """
 
     def __init__(
@@ -120,14 +127,14 @@ class Guide:
         self._machine, self._config = controller.machine, controller.config
         self.drawn: list[Drawn] = []
         self._shows_run = _shows_run(recorded[STATUS], asked["words"])
-        self._longest_us = 0  # longest time to the end of a command that acts once
+        self._longest_us = 0  # longest time from the code of a short command to its end status
         # Latest delay by key. It is used again if the recording does not show the next delay.
         self._latest: dict[str, int] = {}
         draw: Callable[[str], int] = self.draw_us
         vars(self._machine)["draw_us"] = draw
 
     def draw_us(self, key: str) -> int:
-        """Return a delay [us]; replaces Machine.draw_us."""
+        """Return the next delay for a key [us]. This method replaces `Machine.draw_us`."""
         now_us = self._machine.now_us
         delay = getattr(self._config, key)
         low, high = delay if isinstance(delay, tuple) else (delay, delay)
@@ -148,7 +155,8 @@ class Guide:
     def _least_us(self, key: str, now_us: int) -> int:
         """Return the lower limit of a delay [us]; 0 if there is none.
 
-        If a command was changed before it had begun or ended, the delay was at least that long.
+        If the PLC changed a command before the controller accepted or ended it, the delay was
+        longer than the time to this change.
         """
         status = self._recorded[STATUS]
         if key == "command_accept_delay":
@@ -164,11 +172,14 @@ class Guide:
         return 0
 
     def _hidden(self, key: str) -> bool:
-        """Return whether the recording hides this delay (acceptance of commands without 0x0100)."""
+        """Return whether the recording cannot show this delay.
+
+        This is the acceptance delay if the controller does not show status 0x0100.
+        """
         return key == "command_accept_delay" and not self._shows_run
 
     def _accepted(self, at_us: int) -> bool:
-        """Return whether the status at that time shows the acceptance of a command."""
+        """Return whether the status at the time `at_us` shows that a command was accepted."""
         if self._shows_run:
             return True
         status, us = self._recorded[STATUS].at(at_us), at_us - self._machine.now_us
@@ -202,7 +213,7 @@ class Guide:
             and self._recorded[STATUS].at(now_us) == RUN
         ):
             again = [self._asked["code"].next_change(now_us + 1, None)]
-        # if READY comes before the end, the end belongs to another command
+        # if the ready status comes before the end status, the end belongs to another command
         if key == "command_delay":
             again.append(self._recorded[STATUS].next_change(now_us + 1, READY))
         if any(at_us is not None and at_us < now_us + us for at_us in again):

@@ -1,9 +1,10 @@
 """The search for the robot file with which the virtual controller answers like a recorded one.
 
-Delays are measured. Other keys are tried one by one, but only if the controller has read the key
-before the difference. The search changes the key with which both sides agree longest, and repeats
-this until they agree. If no key helps any more, it notes the difference as unexplained and
-continues after this difference. At the end it tries each key once more.
+Delays are measured in the recording. The values of other keys are tried one by one, but only if the
+controller has read the key before the difference. The search changes the key that gives the longest
+agreement, and repeats this step until there is no difference. If no key helps, the search notes the
+difference as unexplained and continues behind the difference. At the end the search tries each key
+again.
 """
 
 from __future__ import annotations
@@ -24,10 +25,12 @@ from structured_text.errors import InputError
 __all__ = ["Fit", "Knob", "fit"]
 
 _FREE = frozenset(DELAYS)
-#: Greatest number of unexplained differences; with more, the recording is of another machine.
+#: Greatest number of unexplained differences. More of them mean that the recording is from another
+#: machine.
 _MOST_LEFT = 100
 _NEVER = 1 << 62
-#: Initial delay of a mode [ms]: too short to be visible, because a mode may be shown at once.
+#: Initial value of `auto_mode_delay` [ms]. It is too short to be visible, because a controller may
+#: show the mode immediately.
 _LEAST_MODE_DELAY = 0.001
 
 
@@ -37,11 +40,12 @@ class Knob:
 
     Attributes:
         key: The key of the robot file.
-        value: The value with which both sides agree; (shortest, longest) in ms for a delay that
-            varies.
-        found: Whether the recording decides the value: with another value, both sides would differ.
+        value: The value with which recording and replay agree. For a delay that varies this is
+            (shortest, longest) in ms.
+        found: True if the recording decides the value. With any other value the replay would differ
+            from the recording.
         why: The reason for the value, in one line.
-        others: Other values with which both sides agree.
+        others: Other values with which recording and replay agree.
         instead: Other keys with values. Each of these keys has the same effect if `key` stays
             unchanged.
     """
@@ -59,7 +63,7 @@ class Fit:
     """The result of a fit.
 
     Attributes:
-        config: The configuration with which both sides agree, except for `left`.
+        config: The configuration with which recording and replay agree, except for `left`.
         knobs: All keys except those that only describe the robot.
         left: Differences that no key explains.
         runs: Number of replays.
@@ -89,8 +93,8 @@ class _Search:
         self._replay, self._progress, self._base = replay, progress, base
         self._result = Fit(base)
         self._asked = asked(replay.recording.inputs)
-        # by changed key: its value before the fit, and other keys that explain the difference as
-        # well
+        # maps a changed key to its value before the fit and to the other keys that explain the
+        # difference
         self._instead: dict[str, tuple[Any, list[tuple[str, Any]]]] = {}
 
     def search(self) -> Fit:
@@ -157,11 +161,11 @@ class _Search:
     def _changed(config: RobotConfig, key: str, value: Any) -> RobotConfig | None:
         try:
             return replace(config, **{key: value})
-        except InputError:  # the key cannot have this value
+        except InputError:  # the configuration refuses this value of the key
             return None
 
     def _seen(self, here: Replayed) -> Seen:
-        """Return the recorded answers at the first difference, and all recorded alarms."""
+        """Return the values that the recording suggests at the first difference."""
         recording = self._replay.recording
         first = here.differences[0] if here.differences else None
         alarms: set[str] = set()
@@ -184,9 +188,9 @@ class _Search:
         return replace(at_first, alarms=frozenset(alarms))
 
     def _take_acceptance(self) -> None:
-        """Take the acceptance delay of refused commands for all commands without status 0x0100.
+        """Use the acceptance delay of refused commands for all commands, if 0x0100 is never shown.
 
-        The delays of their execution are then measured from their acceptance on.
+        Execution delays are afterwards measured from the acceptance of the command.
         """
         config = self._result.config
         if config.skip_run_status != "always":
@@ -197,11 +201,11 @@ class _Search:
             self._result.config = replace(config, command_accept_delay=(min(seen), max(seen)))
 
     def _settle(self) -> RobotConfig | None:
-        """Try every key once more.
+        """Try all values of every key at the end of the search.
 
         Returns:
-            A configuration that agrees equally well and is likelier, because its delays of one kind
-            differ less; None if there is none.
+            A configuration that agrees equally well and is likelier, because delays of the same key
+            differ less. None if there is no such configuration.
         """
         result = self._result
         here = self._run(watched(result.config))
@@ -241,7 +245,7 @@ class _Search:
         return None
 
     def _as_well(self, key: str, spread_us: int) -> Iterator[tuple[str, Any]]:
-        """Return the other keys that explain the same difference as the changed key."""
+        """Yield other keys and values that explain the same difference as the changed key."""
         was, others = self._instead.get(key, (None, []))
         for other, value in others:
             changed = replace(self._result.config, **{key: was, other: value})
@@ -252,8 +256,8 @@ class _Search:
     def _take_delays(self) -> None:
         """Replace initial delays by measured delays, unless the initial delay agrees as well.
 
-        Delays are replaced one after the other, with the earlier ones already replaced, because the
-        recording shows only the sum of two consecutive delays.
+        Delays are replaced one after the other, because the recording shows only the sum of two
+        consecutive delays.
         """
         result = self._result
         free = _FREE
@@ -278,9 +282,10 @@ class _Search:
                 result.config = kept
 
     def _narrowest(self, key: str, measured: Sequence[float], free: frozenset[str]) -> RobotConfig:
-        """Return the configuration with the measured delay, without outliers that have no effect.
+        """Return the configuration with the measured delays of a key, without useless outliers.
 
-        If an input gets no answer, a later change with another cause may look like its answer.
+        An outlier arises if an input gets no answer. A later change with another cause then looks
+        like the answer.
         """
         lengths = sorted(set(measured))
         config = self._result.config
@@ -297,12 +302,18 @@ class _Search:
 
 
 def _from_to(key: str, lengths: Sequence[float]) -> dict[str, Any]:
-    """Return a delay from its lengths in ms, shortest first: one number, or a range."""
+    """Return the key with its delay in ms: a number for one length, a range for several lengths.
+
+    The shortest length comes first.
+    """
     return {key: lengths[0] if len(lengths) == 1 else (lengths[0], lengths[-1])}
 
 
 def _reach(result: Replayed) -> tuple[int, int]:
-    """Return the time of the first difference and its negative size; a larger pair is better."""
+    """Return how far a replay agrees: the time of the first difference, and its negative size.
+
+    The larger of two pairs is the better one.
+    """
     first_us = result.first_us
     if first_us is None:
         return _NEVER, 0
@@ -310,13 +321,16 @@ def _reach(result: Replayed) -> tuple[int, int]:
 
 
 def _words(one: Difference) -> int:
-    """Return the number of words in which both sides differ."""
+    """Return the number of words in which recording and virtual controller differ."""
     apart = one.recorded ^ one.virtual
     return sum(apart >> 16 * k & 0xFFFF > 0 for k in range(-(-apart.bit_length() // 16)))
 
 
 def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
-    """Return the virtual controller's answer to a recorded area; it may come a little later."""
+    """Return the virtual controller's area that belongs to a recorded area at the first difference.
+
+    The virtual controller may answer a little later than the recorded controller.
+    """
     area = here.outputs[0][1]
     for t_us, one in here.outputs:
         if t_us > first.begin_us and (
@@ -328,7 +342,7 @@ def _answer(here: Replayed, first: Difference, recorded: bytes) -> bytes:
 
 
 def _spread_us(drawn: Sequence[Drawn]) -> int:
-    """Return the sum of the differences between delays of one kind, over all kinds."""
+    """Return the sum over all keys of the difference between longest and shortest delay [us]."""
     kinds: dict[str, list[int]] = {}
     for one in drawn:
         if one.seen:

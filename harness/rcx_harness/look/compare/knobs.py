@@ -17,7 +17,7 @@ from rcx_harness.spec.wire import ABNORMAL_END, CYCLE_US, DEDICATED_AT
 
 __all__ = ["DESCRIBED", "KNOBS", "Seen", "has_few_values", "seen_at", "values"]
 
-#: Keys that describe a robot, which the user must give; the manual does not leave them open.
+#: Keys that describe the robot. The user must set them, so the fit does not change them.
 DESCRIBED = (*STORED, "robot", "axes", "programs", "work_areas", "real_time_items", "size")
 #: An alarm number that no other key uses.
 _SOME_ALARM = "98.765"
@@ -57,7 +57,7 @@ class Seen:
 
     Attributes:
         alarms: Numbers of the alarms in the recording.
-        numbers: Pairs of numbers: the virtual controller's answer and the recorded one.
+        numbers: Pairs of numbers: the virtual controller's answer and the recorded answer.
         rows: Pairs like `numbers`, for answers with several numbers.
         clock: Date and time of the recorded answers, as a value of the key `clock`.
     """
@@ -69,10 +69,10 @@ class Seen:
 
 
 def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -> Seen:
-    """Return the values that the recorded and the virtual answer at one time suggest.
+    """Return the values that two answers at one time suggest: the recorded and the virtual answer.
 
-    `si` shows which command was requested; `recorded` and `virtual` are the areas of both sides at
-    that time, and `clock` is the value of the key `clock`.
+    `si` contains the requested command. `recorded` and `virtual` are the areas of both controllers
+    at this time. `clock` is the value of the key `clock`.
     """
     words, other = _words(recorded), _words(virtual)
     if words[0] == ABNORMAL_END:
@@ -98,7 +98,10 @@ def seen_at(t_us: int, si: bytes, recorded: bytes, virtual: bytes, clock: str) -
 
 
 def _clock(t_us: int, fields_: Mapping[str, Any], clock: str) -> str:
-    """Return the clock at time 0, computed from an answer to a clock reference."""
+    """Return the date and time of the controller at the start of the recording.
+
+    They are computed from an answer to a clock reference.
+    """
     try:
         shown = datetime.fromisoformat(clock) + timedelta(microseconds=t_us)
         if "year" in fields_:
@@ -131,8 +134,8 @@ def values(
 ) -> list[Any]:
     """Return the values to try instead of the current value.
 
-    `key` is a member of KNOBS. `seen` are the values that the recording suggests, `raised` the
-    alarms of the controller, and `asked` the requests of the PLC by dedicated input.
+    `key` is a member of KNOBS. `seen` has the values that the recording suggests. `raised` has the
+    alarms of the controller, and `asked` the timeline of each dedicated input.
     """
     found: list[Any] = []
     for one in _values(key, current, seen, raised, asked):
@@ -184,7 +187,7 @@ def _values(
 
 
 def _intervals(asked: Mapping[str, Timeline]) -> Iterator[float]:
-    """Yield intervals that decide whether two changes of inputs were both recognised."""
+    """Yield values [ms] of the interval that two changes of inputs need to be recognised."""
     times = sorted({t_us for name in INPUTS for t_us in asked[name].times})
     gaps = {
         -(-(later - earlier) // CYCLE_US) * CYCLE_US

@@ -1,4 +1,4 @@
-"""The record of one controller: its inputs and its answers, with times."""
+"""The recording of one controller: its inputs and outputs with their times."""
 
 from __future__ import annotations
 
@@ -30,10 +30,11 @@ class Recording:
     Attributes:
         inputs: Changes of the area to the controller with their times; None: no connection.
         outputs: Changes of the area from the controller, with their times.
-        times: Times of the controller's cycles, if the recording has them; else empty.
+        times: Times of the controller's cycles. Empty if the recording does not have them.
         tolerance_us: Answers whose times differ by at most this much count as equal.
         from_power_on: Whether the recording begins at the power-on of the controller.
-        trouble: Error about the damage of the file at which the recording ends; None: undamaged.
+        trouble: Error about the damage of the file, at which the recording ends. None if the file
+            is undamaged.
         missing: Number of packets that were lost or captured only in part.
     """
 
@@ -49,7 +50,7 @@ class Recording:
 
     @property
     def begin_us(self) -> int:
-        """Return the beginning of the comparison: the first time without a command under way."""
+        """Return the start of the comparison: the first time at which no command runs."""
         if self.from_power_on:
             return min(self.inputs[0][0], self.outputs[0][0])
         si: bytes | None = None
@@ -137,7 +138,7 @@ def of_cycles(
 
 
 def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, bytes]]:
-    """Return the entries that differ from the entry before."""
+    """Return only the entries that differ from their predecessor."""
     kept: list[tuple[int, bytes | None]] = []
     for t_us, value in values:
         if not kept or value != kept[-1][1]:
@@ -146,7 +147,7 @@ def _changes(values: Sequence[tuple[int, bytes | None]]) -> list[tuple[int, byte
 
 
 def _of_samples(path: Path, samples: Sequence[Sample], tolerance_us: int) -> Recording:
-    """Return a recording of packets, which does not have the times of the controller's cycles."""
+    """Return a recording from packets. It does not contain the times of the controller's cycles."""
     driven = [one for one in samples if one.so and one.si]
     if not driven:
         text = "the recording contains neither the PLC's nor the controller's data"

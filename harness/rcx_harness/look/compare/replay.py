@@ -34,7 +34,7 @@ _KEYS = frozenset(entry.name for entry in fields(RobotConfig))
 
 @dataclass(frozen=True)
 class Happening:
-    """An event that is not in the recording: time [us from the beginning], event, arguments."""
+    """An event that the recording does not contain, with its time [us] and arguments."""
 
     t_us: int
     event: str
@@ -67,7 +67,7 @@ class Replayed:
 
 
 class _Watched(RobotConfig):
-    """A configuration that notes which of its keys are read."""
+    """A configuration that records the names of the keys that are read."""
 
     def __getattribute__(self, name: str) -> Any:
         if name in _KEYS:
@@ -76,7 +76,7 @@ class _Watched(RobotConfig):
 
 
 def watched(config: RobotConfig) -> RobotConfig:
-    """Return the same configuration; with it `Replayed.read` lists the keys that were read."""
+    """Return a copy of the configuration that records its reads for `Replayed.read`."""
     return _Watched(**{name: getattr(config, name) for name in _KEYS})
 
 
@@ -84,7 +84,7 @@ class Replay:
     """A recording that can be replayed with different configurations.
 
     Args:
-        happenings: Other events at the controller.
+        happenings: Events that the recording does not contain.
     """
 
     def __init__(self, recording: Recording, happenings: Sequence[Happening] = ()) -> None:
@@ -107,8 +107,8 @@ class Replay:
         """Replay with a configuration.
 
         The delays in `free` follow the recording instead of the configuration. A difference is
-        ignored if one in `expected` has the same channel and beginning. With `to_first` the replay
-        ends at the first difference, provided that the recording has exact times.
+        ignored if `expected` contains a difference with the same channel and beginning. With
+        `to_first`, a replay of a recording with exact times ends at the first difference.
         """
         vars(config).pop(_READ, None)
         controller = Controller(config)
@@ -165,7 +165,7 @@ class Replay:
         return sorted(every, key=lambda one: (one.begin_us, order.index(one.channel)))
 
     def _begin(self, controller: Controller) -> None:
-        """Bring the controller to the initial state of the recording, as far as it is known."""
+        """Bring the controller to the state that the recording shows at its beginning."""
         begin_us = self.span[0]
         si = next((one for t_us, one in reversed(self.recording.inputs) if t_us <= begin_us), None)
         so = bytearray(self.recording.size)
@@ -218,7 +218,7 @@ class _Watch:
         self._same: tuple[bytes, bytes] = (b"", b"")
 
     def differs(self, now_us: int, so: bytes) -> bool:
-        """Return whether there is a difference that is not expected."""
+        """Return whether the output of a cycle has a difference that is not expected."""
         outputs = self._outputs
         while self._at < len(outputs) and outputs[self._at][0] <= now_us:
             self._recorded = outputs[self._at][1]

@@ -19,7 +19,7 @@ __all__ = ["robot_file"]
 def robot_file(fit: Fit, base: Path | None, of: str) -> str:
     """Return the text of the robot file.
 
-    `base` is the robot file with which the search began; its tables are copied. `of` is the name of
+    `base` is the robot file with which the search began. Its tables are copied. `of` is the name of
     the recording.
     """
     old = toml_text(base) if base is not None else ""

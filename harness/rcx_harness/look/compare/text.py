@@ -24,8 +24,8 @@ from structured_text.output.units import format_us, format_word
 __all__ = ["as_json", "chart", "fit_lines", "lines", "rules_of"]
 
 _MOST = 20
-#: Rules about each signal; for status and response, the rules of the command's section apply as
-#: well.
+#: Names of the rules about each signal. For status and response, the rules of the command's section
+#: apply in addition.
 _OF_SIGNAL = {
     "SO00": ("emergency-stop", "emergency-release", "emergency-terminal", "link-lost", "answers"),
     "SO01": ("cpu-ok", "boot"),
@@ -48,7 +48,7 @@ _TITLES = {one.short: f"{one.signal} {one.title}" for one in signals().output}
 
 
 def rules_of(channel: str, code: int) -> tuple[Rule, ...]:
-    """Return the rules about a difference: about its signal and about the current command.
+    """Return the rules that concern a difference: those of its signal and of the current command.
 
     `code` is the code of the current command; 0: no command.
     """
@@ -60,7 +60,7 @@ def rules_of(channel: str, code: int) -> tuple[Rule, ...]:
 
 
 def lines(replay: Replay, result: Replayed) -> Iterator[str]:
-    """Yield the first differences side by side, then their number for each signal and rule."""
+    """Yield the first differences, then the number of differences for each signal and rule."""
     recording = replay.recording
     begin_us, end_us = replay.span
     yield (
@@ -101,7 +101,7 @@ def lines(replay: Replay, result: Replayed) -> Iterator[str]:
 
 
 def fit_lines(fit: Fit, replay: Replay) -> Iterator[str]:
-    """Yield the keys that the search has decided, and the keys that it could not decide."""
+    """Yield the lines about decided keys, and the lines about keys that stay undecided."""
     found = [one for one in fit.knobs if one.found]
     yield f"{'key':<34} value that the recording shows"
     for one in found:
@@ -228,7 +228,7 @@ def _at(outputs: Sequence[tuple[int, bytes]], at_us: int) -> bytes:
 
 
 def _asked(recording: Recording, at_us: int) -> tuple[int, bytes]:
-    """Return the latest command at that time: its code, and the area that contains it."""
+    """Return code and area of the latest command at the given time."""
     code, found = 0, bytes(recording.size)
     for t_us, area in recording.inputs:
         if t_us > at_us:

@@ -19,7 +19,7 @@ _AREAS = " or ".join(map(str, AREA_SIZES))
 def advice(network: Network, hosts: Collection[bytes], sizes: Collection[int]) -> str:
     """Return the advice for a recording without a connection.
 
-    `hosts` are the controllers from --controller, and `sizes` the sizes of areas that were tried.
+    `hosts` has the addresses from --controller. `sizes` has the sizes of areas that were tried.
     """
     if not network.cyclic:
         return "capture TCP port 44818 and UDP port 2222 at a mirror port, or with rcx record"
@@ -55,7 +55,7 @@ def _of_named(network: Network, hosts: Collection[bytes], sizes: Collection[int]
 
 
 def _pairs(network: Network) -> Iterator[tuple[bytes, bytes, int]]:
-    """Yield device, master and size of the pairs that exchange areas of the same size."""
+    """Yield device, master and size for each pair of hosts that exchange areas of the same size."""
     strangers = list(network.strangers.values())
     for one in strangers:
         size = one.length - _TO_ROBOT

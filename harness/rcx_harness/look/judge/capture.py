@@ -27,25 +27,26 @@ _TCP, _UDP = 6, 17
 _HEAD = struct.Struct(">BxHxxHxB2x4s4s")
 _UDP_HEAD = struct.Struct(">HHHxx")
 _TCP_HEAD = struct.Struct(">HHIxxxxBB")
-_FRAGMENT = 0x3FFF  # bits that are set if further fragments follow or earlier ones exist
-#: By link type: the offset of the protocol number, and the offset of the packet behind it.
+_FRAGMENT = 0x3FFF  # IP header: these bits are set in each fragment of a packet
+#: Maps a link type to the offset of the protocol number, and to the offset of the packet behind it.
 _ETHERNET, _COOKED, _COOKED_2 = 1, 113, 276
 _PLACES = {_ETHERNET: (12, 14), _COOKED: (14, 16), _COOKED_2: (0, 20)}
 _NULL, _LOOP = 0, 108
 _FAMILY_IP = 2
-_BARE = (12, 14, 101, 228)  # raw IP, which systems number differently, and IPv4
+_BARE = (12, 14, 101, 228)  # raw IP (systems use different numbers) and IPv4
 _KNOWN = {*_PLACES, _NULL, _LOOP, *_BARE}
 _PERHAPS = "save it with Wireshark from Ethernet, Linux cooked, loopback or raw IP"
-#: Packets of several interfaces may be out of order by this time; more is damage.
+#: Packets of several interfaces may be out of order by at most this time [us]. If the clock goes
+#: back further, the file is damaged.
 _MOST_BACK_US, _MOST_AHEAD_US = 1_000_000, 24 * 3600 * 1_000_000
-_RECORD_HEADER = 32  # bytes of a file around each packet, to calculate the progress
+_RECORD_HEADER = 32  # overhead of each packet in the file [bytes], to calculate the progress
 
 
 class Packet(NamedTuple):
     """A UDP datagram or TCP segment; addresses are the four bytes of IPv4.
 
-    `number` counts the packets of the file from 1, as Wireshark does. With `cut` the capture has
-    only the beginning of the packet. `sequence` and `flags` are from the TCP header.
+    `number` counts the packets of the file from 1, as Wireshark does. If `cut` is True, the capture
+    has only the beginning of the packet. `sequence` and `flags` are from the TCP header.
     """
 
     t_us: int
@@ -71,7 +72,7 @@ class Capture:
         begin_us: Time of the first packet, in microseconds since 1970. All other times are relative
             to it.
         last_us: Time of the latest packet.
-        damage: Damage of the file after the last packet; empty without any.
+        damage: The damage of the file after the last packet. Empty if the file is undamaged.
         read_bytes: Approximate number of bytes read so far.
 
     Raises:
@@ -126,7 +127,7 @@ class Capture:
                 self.damage = str(error.args[-1])
 
     def _damage(self, t_us: int, length: int, kept: int) -> str:
-        """Return the damage of a packet that libpcap can read; empty if there is none."""
+        """Return the damage of a packet that libpcap can read. Empty if it is undamaged."""
         if not length:
             return "a packet of 0 bytes follows"
         if length < kept:
@@ -192,7 +193,7 @@ class Capture:
             if data and data[0] >> 4 == 6:
                 kind = _IPV6
         elif self.link in (_NULL, _LOOP):
-            family = {data[0:1], data[3:4]} - {b"\0"}  # in the byte order of the capturing machine
+            family = {data[0:1], data[3:4]} - {b"\0"}  # byte order of the capturing machine
             kind, at = (_IP if family == {bytes([_FAMILY_IP])} else _IPV6), 4
         else:
             kind_at, at = _PLACES[self.link]
@@ -212,7 +213,7 @@ def host_text(address: bytes) -> str:
 
 
 def _library() -> Any:
-    """Return the package cypcap."""
+    """Import and return the package cypcap. If it is not usable, raise InputError."""
     try:
         import cypcap
     except ModuleNotFoundError:

@@ -36,8 +36,8 @@ ANSWERS = (
     ("SI16", 1, "SO03", 0),
     ("SI17", 1, "SO11", 1),
 )
-#: Number of times that are stored exactly. Further times are counted in classes; the limit of a
-#: class is the previous limit times this factor. The classes bound the memory.
+#: Number of times that are stored exactly. Further times are only counted in classes, so that the
+#: memory stays small. The upper limit of a class is the previous limit multiplied by this factor.
 _EXACT, _STEP = 1_000, math.log(1.01)
 _PLACES = {
     one.short: (one.byte, one.bit) for table in (signals().input, signals().output) for one in table
@@ -47,7 +47,7 @@ _OUTPUTS = [(one.byte, one.bit, one.signal, one.title) for one in signals().outp
 
 
 class Times:
-    """The times of one kind of answer, in microseconds.
+    """The response times of one kind of answer, in microseconds.
 
     Attributes:
         open: Number of requests without an answer.
@@ -59,7 +59,7 @@ class Times:
         self._steps: Counter[int] = Counter()
 
     def add(self, time_us: int) -> None:
-        """Add a time."""
+        """Add a response time [us]."""
         self.count += 1
         self.longest_us = max(self.longest_us, time_us)
         if self.count <= _EXACT:
@@ -68,11 +68,14 @@ class Times:
 
     @property
     def exact(self) -> bool:
-        """Return whether percentiles are exact; with over 1,000 times the error is up to 0.5 %."""
+        """Return whether the percentiles are exact.
+
+        With more than 1,000 measured times, the error of a percentile is up to 0.5 %.
+        """
         return self.count <= _EXACT
 
     def percentile_us(self, share: float) -> int:
-        """Return the time that a part (0 to 1) of all times did not exceed; 0 without times."""
+        """Return the percentile `share` (0 to 1) of the times [us]; 0 without times."""
         left = math.ceil(share * self.count)
         if self.exact and self.count:
             return sorted(self._exact)[left - 1]
@@ -90,12 +93,12 @@ class Follower:
         tell: Function that is called with the time and a line for each event.
         report: Function that is called with each broken rule.
         at: Name of a sample in texts: packet, scan or cycle.
-        tolerance_us: Two changes may be closer than 100 ms by this time.
+        tolerance_us: Tolerance of the rule that two changes are 100 ms apart.
 
     Attributes:
         times: Response times by the name of the answer.
         commands: Number of remote commands that were sent.
-        gaps: How often an area had changed during missing packets. No rule is judged across such a
+        gaps: How often an area changed while packets were missing. No rule is judged across such a
             gap.
         together: How often new data arrived in the same packet as their code. The program may have
             set both in different scans without a packet in between, so the order is unknown.
@@ -125,7 +128,7 @@ class Follower:
         self._reset_us: int | None = None
 
     def take(self, sample: Sample) -> None:
-        """Add the next sample."""
+        """Analyse the next sample of the controller."""
         if not sample.whole:
             self.gaps += 1
         if not sample.connected or not sample.whole or not sample.so:
@@ -162,7 +165,7 @@ class Follower:
         who, at = f"{self._at} {sample.number}", (sample.t_us, sample.number)
         if sample.si and sample.so and sample.connected:
             read = self._so if sample.at_once and self._so else sample.so
-            # after a gap the first area is not judged as a change
+            # after a gap in the recording, the first area is not judged as a change
             scans = [(False, sample.si)] if self._fresh else []
             if not self._fresh and _with_data(self._si, sample.si):
                 self.together += 1
@@ -269,7 +272,7 @@ def ordered(times: dict[str, Times]) -> Iterator[tuple[str, Times]]:
 
 
 def _with_data(before: bytes, si: bytes) -> bool:
-    """Return whether a code arrived together with new data."""
+    """Return whether the packet with a new command code also had new data."""
     return not word(before, 0) and bool(word(si, 0)) and si[_DATA] != before[_DATA]
 
 

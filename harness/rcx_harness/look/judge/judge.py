@@ -25,10 +25,10 @@ __all__ = ["REPORT_EVERY", "JudgeOptions", "Judgement", "is_capture", "is_judged
 _SHOWN = slice(DEDICATED_AT, DEDICATED_AT + 2)
 _MOST_KEPT = 1_000
 REPORT_EVERY = 20_000
-# first bytes of capture files: pcap and pcapng
+# first bytes of capture files in the formats pcap and pcapng
 _CAPTURES = ("0a0d0d0a", "a1b2c3d4", "d4c3b2a1", "a1b23c4d", "4d3cb2a1")
 _TRACE, _PACKED = "7b", "1f8b"
-#: Commands whose traces do not contain the broken rules of both sides.
+#: `rcx` commands that write traces without the broken rules of PLC and controller.
 _UNJUDGED = ("rcx scan", "rcx serve")
 
 
@@ -40,7 +40,7 @@ class JudgeOptions:
         hosts: Addresses of the controllers, four bytes each; empty: the targets of the Forward
             Opens.
         sizes: Allowed sizes of their areas.
-        tolerance_us: Two changes of dedicated inputs may be closer than 100 ms by this time.
+        tolerance_us: Tolerance of the rule that two changes of dedicated inputs are 100 ms apart.
         from_us: Time at which events and chart begin.
         until_us: Time at which events and chart end; None: the end of the file.
         trace: File for a trace of all samples; None: no file.
@@ -85,7 +85,7 @@ class Judgement:
 
 
 class _Judge:
-    """The distribution of the samples of a recording to the followers of the controllers."""
+    """The judgement of one recording. Each sample goes to the follower of its controller."""
 
     def __init__(
         self,
@@ -103,7 +103,7 @@ class _Judge:
         self._trace: Trace | None = None
 
     def take(self, sample: Sample) -> None:
-        """Add the next sample."""
+        """Pass a sample to the follower of its controller, and record it."""
         self.result.last_us = sample.t_us
         follower = self.result.followers.get(sample.controller)
         if follower is None:
@@ -125,7 +125,7 @@ class _Judge:
         self._draw(sample)
 
     def tell(self, t_us: int, controller: int, text: str) -> None:
-        """Report one event as a line."""
+        """Report one event of a controller as a line of text, if it is in the chosen time."""
         if self._wanted(t_us):
             who = f"{controller}: " if controller > 1 else ""
             self._tell(f"{t_us / 1e6:12.6f} s  {who}{text}")
@@ -140,7 +140,7 @@ class _Judge:
         self.tell(one.t_us, 1, f"** {one.text}")
 
     def add(self, one: Violation) -> None:
-        """Count a broken rule, store it if there is room, and draw it."""
+        """Count a broken rule. Add it to findings and chart while they are not full."""
         self.result.count += 1
         if len(self.result.findings) < _MOST_KEPT:
             self.result.findings.append(one)
@@ -165,7 +165,7 @@ class _Judge:
         return self._options.from_us <= t_us and (end_us is None or t_us <= end_us)
 
     def _draw(self, sample: Sample) -> None:
-        """Add a record to the chart while the chart has room."""
+        """Add a sample to the chart until the chart is full."""
         if not self._wanted(sample.t_us) or self.result.chart_end_us is not None:
             return
         si = sample.si or bytes(len(sample.so))  # no master sends, so all inputs count as OFF
@@ -213,7 +213,7 @@ def is_capture(file: Path) -> bool:
 
 
 def is_judged(file: Path) -> bool:
-    """Return whether a trace already contains the broken rules of both sides (from a run)."""
+    """Return whether a trace already contains the broken rules of PLC and controller."""
     begin = _beginning(file)
     if not begin:
         raise InputError("is empty", file=file, hint="record again")
@@ -225,7 +225,7 @@ def is_judged(file: Path) -> bool:
 
 
 def _beginning(file: Path) -> str:
-    """Return the first four bytes in hexadecimal."""
+    """Return the first four bytes of a file in hexadecimal."""
     return beginning(file, CAPTURE, 4).hex()
 
 
@@ -282,7 +282,7 @@ def _judge_trace(
 
 
 def _take_record(one: _Judge, record: Record, *, by_cycle: bool) -> None:
-    """Give a record of a trace to the judge."""
+    """Pass a record of a trace to the judge."""
     if isinstance(record, Violation):
         one.add(record)
     elif isinstance(record, Cycle) == by_cycle:

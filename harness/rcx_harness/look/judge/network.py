@@ -36,11 +36,11 @@ from structured_text.output.units import format_us
 
 __all__ = ["Connection", "Network", "Note", "Robot", "Sample", "Stranger"]
 
-_CYCLIC = b"\x02\x00\x02\x80\x08\x00"  # first bytes of each class 1 packet
+_CYCLIC = b"\x02\x00\x02\x80\x08\x00"  # item headers at the beginning of each class 1 packet
 _MULTICAST = range(224, 240)
 _MOST_PENDING, _MOST_STRANGERS, _MOST_CONNECTIONS, _MOST_LINES = 256, 256, 1_000, 4_000
 _OPEN = (ConnectionService.FORWARD_OPEN, ConnectionService.LARGE_FORWARD_OPEN)
-#: By the size on the wire: bytes of data, and whether the packet has the run/idle header.
+#: Maps a size on the wire to the number of data bytes, and to whether there is a run/idle header.
 _TO_ROBOT = {
     size + SEQUENCE_SIZE + header: (size, header > 0)
     for size in AREA_SIZES
@@ -49,18 +49,18 @@ _TO_ROBOT = {
 
 
 class Sample(NamedTuple):
-    """The state of a controller and its PLC from a time on.
+    """The areas of a controller and its PLC from one point in time on.
 
     Attributes:
         t_us: Time of the capture.
         number: Number of the packet in the file, or of the scan or cycle in a trace.
         controller: Number of the controller, from 1.
-        so: The area to the PLC; empty before its first packet.
+        so: The area to the PLC; empty before the first packet.
         si: The area to the controller; empty if nothing is sent to it.
         connected: Whether the PLC is connected and its program runs.
-        whole: Whether no packet is missing directly before this one.
-        at_once: Whether both areas belong to the same cycle of the controller, so that the sender
-            of `si` had not read `so`.
+        whole: True if no packet is missing directly before this packet.
+        at_once: Whether both areas belong to the same cycle of the controller. The sender of `si`
+            had then not read `so`.
     """
 
     t_us: int
@@ -85,8 +85,8 @@ class Note(NamedTuple):
 class Connection:
     """One class 1 connection to a controller.
 
-    Intervals are the agreed intervals [us]; 0 if the capture has no Forward Open. `end` is the way
-    in which it ended; empty while it is open.
+    Intervals are the agreed intervals [us]; 0 if the capture has no Forward Open. `end` says how
+    the connection ended. It is empty while the connection is open.
     """
 
     peer: bytes
@@ -129,7 +129,7 @@ class Stranger:
 
 @dataclass
 class _Line:
-    """One direction of a connection in the table of identifiers."""
+    """One direction of a connection, found by its connection identifier."""
 
     robot: Robot
     way: Way
@@ -150,7 +150,7 @@ class Network:
         port: TCP port of explicit messages.
 
     Attributes:
-        strangers: Packets that are not judged; a few hundred kinds at most.
+        strangers: Counters of packets that are not judged, for a limited number of connections.
         cyclic: Number of class 1 packets.
         unreadable: Number of Forward Opens that could not be decoded.
     """
@@ -314,7 +314,7 @@ class Network:
         if shared is not None and any(
             one.to_master is shared.way and not one.end for one in robot.connections
         ):
-            connection.to_master = shared.way  # multicast connections share one production
+            connection.to_master = shared.way  # multicast: the packets of one producer
         yield from self._begin(packet, robot, connection)
         for old in [key for key, (one, _) in self._open.items() if one is robot]:
             if self._open[old][1].end:
@@ -380,7 +380,10 @@ class Network:
         return robot
 
     def _guessed(self, key: _Key, packet: Packet, length: int) -> _Line | None:
-        """Return a direction of a connection opened before the capture, guessed by addresses."""
+        """Return a direction of a connection without a Forward Open in the capture.
+
+        The addresses and sizes of its packets decide the direction.
+        """
         if key in self.strangers:
             return None
         size, header = _TO_ROBOT.get(length, (0, False))
@@ -420,14 +423,20 @@ class Network:
 
 
 def _wrapped(data: bytes) -> Request:
-    """Return the request in an Unconnected Send, which has ticks, length, request and route."""
+    """Return the request inside an Unconnected Send.
+
+    An Unconnected Send consists of ticks, length, request and route.
+    """
     length = int.from_bytes(data[2:4], "little")
     return decode_request(data[4 : 4 + length])
 
 
 def _points(path: bytes) -> tuple[int, ...]:
-    """Return consuming and producing connection point of a path; none for other paths."""
-    while path and not path[0] & 0xE0:  # port segments: the route to the adapter
+    """Return the consuming and the producing connection point of a path.
+
+    Other paths have no connection points.
+    """
+    while path and not path[0] & 0xE0:  # skip port segments, which contain the route to the adapter
         length = 2 if not path[0] & 0x10 else 2 + path[1] + path[1] % 2
         path = path[length:]
     try:

@@ -14,7 +14,8 @@ _FIN, _SYN, _RST = 0x01, 0x02, 0x04
 _COMMANDS = set(Command)
 _NUMBERS = 0xFFFFFFFF
 _HALF = 0x80000000
-#: Limits of the stored directions of connections, and of the segments that wait for earlier ones.
+#: Greatest number of stored directions of connections, and of segments that wait for earlier
+#: segments.
 _MOST_STREAMS, _MOST_WAITING = 512, 32
 _LONGEST = 0xFFFF
 
@@ -26,7 +27,7 @@ class Streams:
     data up to the next segment that begins a frame are skipped.
 
     Attributes:
-        gaps: How often segments were missing; the stream continues after them.
+        gaps: How often segments were missing. The stream continues after each gap.
     """
 
     def __init__(self) -> None:
@@ -34,7 +35,7 @@ class Streams:
         self._streams: OrderedDict[tuple[bytes, int, bytes, int], _Stream] = OrderedDict()
 
     def take(self, packet: Packet) -> Iterator[Frame]:
-        """Yield the frames that this segment completes."""
+        """Add a segment, and yield the frames that it completes."""
         key = (packet.source, packet.source_port, packet.destination, packet.destination_port)
         if packet.flags & _SYN:
             self._streams.pop(key, None)
@@ -64,7 +65,7 @@ class _Stream:
         self._waiting: dict[int, bytes] = {}
 
     def take(self, sequence: int, payload: bytes) -> bool:
-        """Take a segment; return True if missing segments before it are given up."""
+        """Add a segment. Return True if missing earlier segments are no longer awaited."""
         gap = False
         ahead = (sequence - self._next) & _NUMBERS
         if 0 < ahead < _HALF:
@@ -81,7 +82,10 @@ class _Stream:
         return gap
 
     def frames(self) -> Iterator[Frame]:
-        """Remove and yield complete frames; drop other data up to the latest segment."""
+        """Yield complete frames and remove them.
+
+        If data are not a frame, drop them up to the latest segment.
+        """
         while (head := decode_header(self._buffer)) is not None:
             frame, length = head
             if frame.command not in _COMMANDS or frame.options or length > _LONGEST:

@@ -17,7 +17,7 @@ __all__ = ["as_json", "summary"]
 
 _MOST_CONNECTIONS, _MOST_FINDINGS, _MOST_STRANGERS = 10, 20, 10
 _SHARES = {"median": 0.5, "p99": 0.99}
-#: Counters of a `Way`, except for the number of packets, with their names in the text.
+#: Counters of a `Way` with their names in the text. The number of packets is not among them.
 _COUNTS = {
     "lost": "lost",
     "doubled": "doubled",
@@ -30,7 +30,7 @@ _COUNTS = {
 
 
 def summary(result: Judgement) -> Iterator[str]:
-    """Yield the lines of the summary at the end."""
+    """Yield the lines of the summary at the end of a judgement."""
     yield from _file_lines(result)
     robots = {one.number: one for one in result.network.robots.values()} if result.network else {}
     for number, follower in sorted(result.followers.items()):

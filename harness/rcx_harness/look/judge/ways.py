@@ -12,10 +12,11 @@ __all__ = ["Arrival", "Way"]
 
 _COUNT = struct.Struct("<H")
 _NUMBERS, _HALF = 0xFFFFFFFF, 0x80000000
-#: Number of the latest sequence numbers that are stored. An older number cannot be classified as
-#: late or doubled.
+#: Number of the latest sequence numbers that are stored. A number before these can be neither late
+#: nor doubled.
 _KNOWN = 64
-#: A larger jump ahead, or this many old numbers in succession, counts as a restart of the numbers.
+#: A larger jump forward counts as a restart of the sequence numbers. So does this number of old
+#: numbers in succession.
 _FARTHEST, _MOST_OLD = 1_000_000, 8
 
 
@@ -33,16 +34,16 @@ class Way:
     Args:
         size: Bytes of data; None: packets are only counted.
         header: Whether a run/idle header precedes the data.
-        timeout_us: A longer silence ends the connection; 0: unknown.
+        timeout_us: A longer silence ends the connection. 0 if the time-out is unknown.
 
     Attributes:
         lost: Number of sequence numbers that never arrived.
         doubled: Number of packets that repeat a sequence number.
         late: Number of packets that arrived after a newer packet. A receiver ignores these packets
             as well.
-        restarts: How often the sequence numbers started again.
+        restarts: How often the sequence numbers began anew.
         cut: Number of packets that the capture contains only in part.
-        wrong: Number of packets with another length than agreed.
+        wrong: Number of packets whose length differs from the agreed length.
         stale: Number of packets with new data but the sequence count (16 bits) of the packet
             before.
         longest_us: The longest time between two packets.
@@ -64,9 +65,9 @@ class Way:
         self._data = b""
 
     def take(self, t_us: int, packet: Packet, cut: bool) -> Arrival | None:
-        """Take the next packet; return None if it cannot be used.
+        """Judge the next packet. Return None if its data cannot be used.
 
-        With `cut` the capture contains only a part of the packet.
+        If `cut` is True, the capture contains only a part of the packet.
         """
         self.packets += 1
         passed_us = 0 if self.first_us is None else t_us - self.last_us
@@ -92,7 +93,10 @@ class Way:
         return Arrival(data, run, missing > 0 or self.silent_us > 0)
 
     def _order(self, number: int) -> int | None:
-        """Return how many numbers are missing before this number; None if it is not newer."""
+        """Return how many sequence numbers are missing before `number`.
+
+        Return None if `number` is not newer than all earlier numbers.
+        """
         newest, self._newest = self._newest, number
         if newest is None:
             self._seen = 1

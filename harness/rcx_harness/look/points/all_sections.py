@@ -25,10 +25,10 @@ def is_all(file: Path) -> bool:
 
 
 def from_file(file: Path) -> tuple[Stored, list[str]]:
-    """Return the stored data of a TOML or .ALL file, and the skipped parts of it.
+    """Return the stored data of a TOML or .ALL file, and the names of its skipped parts.
 
     Raises:
-        InputError: the file cannot be read, or it has none of these data.
+        InputError: the file cannot be read, or it contains no stored data.
     """
     if not is_all(file):
         return from_toml(file), []
@@ -48,7 +48,7 @@ def from_file(file: Path) -> tuple[Stored, list[str]]:
 
 
 def _others(content: AllFile) -> Iterator[str]:
-    """Yield the kinds of data in such a file that are not stored data."""
+    """Yield the number of programs, variables and parameters, which are not stored data."""
     for name in ("programs", "variables", "parameters"):
         if count := len(getattr(content, name)):
             yield f"{count} {name if count > 1 else name[:-1]}"
@@ -60,7 +60,7 @@ def beyond_all(stored: Stored) -> list[Key]:
 
 
 def as_all(stored: Stored) -> str:
-    """Return the sections; values in mm have three decimals, as in the controller."""
+    """Return the data sections as text. Values in mm have three decimals, as in the controller."""
     sections: dict[str, Iterable[str]] = {
         "PNT": (f"P{n}={_point(point)}" for n, point in _sorted(stored, "points")),
         "PCM": (f"PC{n}={_comment(text)}" for n, text in _sorted(stored, "comments")),
@@ -99,7 +99,10 @@ def _shift(shift: object) -> str:
 
 
 def _hand(hand: object) -> str:
-    """Return hand data; with a decimal point the first value is in mm, else in the wire's unit."""
+    """Return hand data as text.
+
+    The first value is in mm if it has a decimal point, else in the unit of remote commands.
+    """
     assert isinstance(hand, Hand)
     first = _mm(hand.data[0]) if hand.on_r_axis else str(hand.data[0])
     return " ".join([first, *map(_mm, hand.data[1:3]), *(["R"] if hand.on_r_axis else [])])
@@ -112,6 +115,6 @@ def _pallet(number: int, pallet: object) -> list[str]:
 
 
 def _mm(value: int) -> str:
-    """Return an integer of thousandths as an exact decimal."""
+    """Return a number of thousandths as a decimal number without rounding."""
     size = abs(value)
     return f"{'-' if value < 0 else ''}{size // _SCALE}.{size % _SCALE:03}"

@@ -20,7 +20,7 @@ TIMEOUT_US = 10_000_000
 #: names no alarm.
 UNDEFINED = ("6.204", "6.236")
 
-#: Part of the command's name after Read or Write, and the field with the number.
+#: Maps each kind of data to the command name after Read or Write, and to the field with the number.
 _COMMANDS = {
     "points": ("Point", "point"),
     "comments": ("PointComment", "point"),
@@ -64,7 +64,7 @@ class Carrier:
             raise RefusedError(f"it shows the remote status {status} without a command")
 
     def read(self, asked: Sequence[Key], progress: Progress) -> Stored:
-        """Return the controller's values of these keys, without undefined data.
+        """Read the values of these keys from the controller, without undefined data.
 
         Raises:
             LostError: the connection is gone.
@@ -80,7 +80,7 @@ class Carrier:
         return stored
 
     def write(self, stored: Stored, wanted: Sequence[Key], progress: Progress) -> None:
-        """Write these values; an undefined comment becomes spaces.
+        """Write these values to the controller. An undefined comment is written as spaces.
 
         Raises:
             LostError: the connection is gone.
@@ -112,7 +112,10 @@ class Carrier:
 
 
 def _check_number(what: str, got: Mapping[str, Any], asked: Mapping[str, int]) -> None:
-    """Check the number in an answer (m+4), and for hands also the robot (guide 4.3)."""
+    """Check that an answer has the requested number, and for hands the requested robot.
+
+    The number is in word m+4 (guide 4.3).
+    """
     for name, number in asked.items():
         if name in got and got[name] != number:
             said = name.replace("_number", "")
@@ -120,7 +123,7 @@ def _check_number(what: str, got: Mapping[str, Any], asked: Mapping[str, int]) -
 
 
 def _value(kind: str, answer: Answer) -> Any:
-    """Return the value of an answer; None if the answer is not a definition."""
+    """Return the value in an answer. Return None if the answer does not contain a definition."""
     got = answer.fields
     if kind == "points":
         return Point.of(got)
@@ -135,7 +138,7 @@ def _value(kind: str, answer: Answer) -> Any:
 
 
 def _fields(kind: str, value: Any) -> dict[str, Any]:
-    """Return the fields of a definition."""
+    """Return the fields of the command that defines a value."""
     if kind == "comments":
         return {"comment": value.ljust(16)}
     if kind == "shifts":

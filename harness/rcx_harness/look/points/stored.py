@@ -17,11 +17,11 @@ from structured_text.output.toml_files import load_toml, toml_value
 
 __all__ = ["KINDS", "Key", "Stored", "as_csv", "as_toml", "from_toml", "shown", "without_foreign"]
 
-#: The tables in the order of reading and writing; pallets follow the points that they need.
+#: The tables in the order of reading and writing. Pallets come after the points that they use.
 KINDS = ("points", "comments", "shifts", "hands", "pallets")
 _COLUMNS = ("number", "unit", *(f"axis{k}" for k in range(1, 7)), "hand", "arm1", "arm2", "comment")
 
-#: The kind of data, the robot (for hands; else 0) and the number.
+#: The key of a stored value: kind of data, robot (0 except for hands) and number.
 Key = tuple[str, int, int]
 
 
@@ -30,9 +30,9 @@ class Stored:
     """The stored data of a controller, or a part of them.
 
     Attributes:
-        values: Values by kind, robot and number: a Point, a text, a Shift, a Hand or a Pallet.
+        values: Maps kind, robot and number to a Point, a text, a Shift, a Hand or a Pallet.
             Undefined data and empty comments have no entry.
-        asked: All requested keys, defined or not.
+        asked: All keys that were requested. Some of them may be undefined.
     """
 
     values: dict[Key, Any] = field(default_factory=dict)
@@ -44,7 +44,7 @@ class Stored:
 
 
 def without_foreign(stored: Stored) -> tuple[Stored, list[int]]:
-    """Return the data that a robot file can contain, and the numbers of other comments.
+    """Return the data that a robot file can contain, and the numbers of the dropped comments.
 
     Comments consist of the characters 16#20 to 16#7E (guide 4.3.2); commands write no others.
     """
@@ -118,7 +118,7 @@ def from_toml(file: Path) -> Stored:
 
 
 def shown(value: Any) -> str:
-    """Return a value as a readable line."""
+    """Return a stored value as text for the user."""
     if value is None:
         return "not defined"
     if isinstance(value, str):
@@ -147,7 +147,7 @@ def _table(name: str, rows: Iterable[tuple[int, str]]) -> list[str]:
 
 
 def _mm(value: int) -> str:
-    """Return an integer of thousandths as an exact decimal."""
+    """Return a number of thousandths as a decimal number without rounding."""
     size = abs(value)
     return f"{'-' if value < 0 else ''}{size // 1000}.{size % 1000:03}"
 

@@ -25,12 +25,15 @@ _PACKETS = 2
 _DEFAULTS = RobotConfig()
 _BITS = {one.short: (one.byte, 1 << one.bit) for one in (*signals().input, *signals().output)}
 _MOST_MESSAGES = 500
-#: Number of messages that are compared at each end of the history.
+#: Number of messages that are compared at each end of the alarm history.
 _END = 6
 
 
 class SkipError(Exception):
-    """The question cannot be asked here, or its answer decides nothing; the text is the reason."""
+    """The error if a question cannot be asked, or if its answer decides nothing.
+
+    The text of the error is the reason.
+    """
 
 
 @dataclass(frozen=True)
@@ -43,7 +46,7 @@ class Finding:
         values: Values that the controller may have; with `between`, (lowest, highest).
         expected: The assumed value.
         text: The evidence, in words.
-        between: Whether the value is above the first and at most the second of two values.
+        between: True if `values` are limits: the value is above the first and at most the second.
     """
 
     rule: str
@@ -70,8 +73,8 @@ class Answer:
 
     Attributes:
         words: The words m to m+30.
-        fields: Fields of a normal end, by name.
-        alarm: Alarm of an abnormal end, as `"12.600"`; else empty.
+        fields: Values of the answer by field name, after a normal end.
+        alarm: Alarm of an abnormal end, such as `"12.600"`. Empty after a normal end.
         ran: Whether 0x0100 was seen.
         accepted_us: Time from the code to the first status, without transmission times.
         ended_us: Time from the first status to the end status.
@@ -97,7 +100,10 @@ class History:
     tail: tuple[str, ...]
 
     def new_since(self, before: History) -> set[str]:
-        """Return the alarms since another history; new alarms may be first or last."""
+        """Return the alarms that are new since the history `before`.
+
+        New alarms may be at the beginning or at the end of the history.
+        """
         grown = min(self.count - before.count, _END)
         if self.head[: len(before.head)] == before.head and grown > 0:
             return set(self.tail[-grown:])
@@ -127,7 +133,8 @@ class Asker:
     """A connection to a controller, with the findings of all questions.
 
     Args:
-        person: Function that asks the person to act; returns False if the person declines.
+        person: Function that asks the person at the cell to act. It returns False if the person
+            declines.
         trace: Records every change of an area, as evidence.
     """
 
@@ -151,19 +158,22 @@ class Asker:
     # --- reports of findings ---
 
     def begin(self, decides: Mapping[str, tuple[str, ...]]) -> None:
-        """Assign all further findings to these rules and their keys."""
+        """Assign all later findings to these rules and their keys."""
         self._decides = decides
 
     def knob(self, name: str, *values: Any, text: str) -> None:
-        """Report that the controller has one of these values."""
+        """Report that the key of the current rule has one of these values in the controller."""
         self._found(name, values, text, between=False)
 
     def between(self, name: str, low: float, high: float, text: str) -> None:
-        """Report that the value is more than `low` and at most `high`."""
+        """Report that the value of the key is more than `low` and at most `high`."""
         self._found(name, (low, high), text, between=True)
 
     def delay(self, name: str, us: int, text: str) -> None:
-        """Report a measured delay; the real delay may be shorter by the tolerance of the line."""
+        """Report a measured delay.
+
+        The real delay may be shorter by the tolerance of the connection.
+        """
         low = max(0.0, (us - self.line.tolerance_us) / 1000)
         self._found(name, (low - 0.001, us / 1000 + self.line.step_us / 1000), text, between=True)
 
@@ -177,34 +187,34 @@ class Asker:
                 expected = getattr(_DEFAULTS, name)
                 self.findings.append(Finding(rule, name, values, expected, text, between))
 
-    # --- inputs and outputs ---
+    # --- dedicated inputs, dedicated outputs and words ---
 
     def on(self, name: str) -> bool:
-        """Return a dedicated output, as it was received last."""
+        """Return the state of a dedicated output in the area that was received last."""
         at, mask = _BITS[name]
         return bool(self._so[at] & mask)
 
     def is_set(self, name: str) -> bool:
-        """Return a dedicated input, as it is sent."""
+        """Return the state of a dedicated input in the area that is sent."""
         at, mask = _BITS[name]
         return bool(self._si[at] & mask)
 
     @property
     def words(self) -> tuple[int, ...]:
-        """Return the words m to m+30."""
+        """Return the words m to m+30 of the area from the controller."""
         return input_words(self._so)
 
     @property
     def status(self) -> int:
-        """Return the remote status."""
+        """Return the remote status in the area that was received last."""
         return self.words[0]
 
     def byte(self, at: int) -> int:
-        """Return byte m+`at`."""
+        """Return byte m+`at` of the area from the controller."""
         return self._so[at]
 
     def turn(self, name: str, on: bool, *, after_us: int = _INTERVAL_US) -> None:
-        """Change a dedicated input, at least `after_us` after the last change."""
+        """Change a dedicated input, not earlier than `after_us` after the last change."""
         at, mask = _BITS[name]
         if bool(self._si[at] & mask) == on:
             return
@@ -232,7 +242,7 @@ class Asker:
         self._write()
 
     def wait(self, us: int) -> None:
-        """Let time pass, and record all changes."""
+        """Wait for a time, and record all changes of the areas."""
         end_us = self.line.now_us + us
         while self.line.now_us < end_us:
             self.line.wait(min(self.line.step_us, end_us - self.line.now_us))
@@ -249,10 +259,10 @@ class Asker:
         return max(0, self.line.now_us - begin_us - self.line.step_us)
 
     def person(self, text: str, event: str = "") -> None:
-        """Let the person do something at the cell.
+        """Ask the person to do something at the cell.
 
-        `text` is the request to the person. `event` is the event of a virtual controller that does
-        the same in a rehearsal.
+        `text` is the request to the person. In a rehearsal with a virtual controller, `event`
+        replaces the action.
 
         Raises:
             SkipError: the person declines.
@@ -261,7 +271,10 @@ class Asker:
         self.wait(_SETTLED_US)
 
     def needs_person(self, text: str, event: str) -> None:
-        """Ask a person to act without a connection; raise SkipError if it is not done."""
+        """Ask the person to act while there is no connection.
+
+        If the person declines, raise SkipError.
+        """
         if not self._person(text, event):
             raise SkipError(f"not done: {text}")
 
@@ -280,7 +293,7 @@ class Asker:
         self.wait(_SETTLED_US)
 
     def open_within(self, us: int) -> None:
-        """Connect as soon as the controller answers."""
+        """Connect as soon as the controller answers, within a time limit."""
         end_us = self.line.now_us + us
         while True:
             try:
@@ -320,7 +333,7 @@ class Asker:
         return self.telegram(telegram(name, robot, **fields))
 
     def telegram(self, words: tuple[int, ...]) -> Answer:
-        """Execute a remote command by its words, from one ready status to the next.
+        """Execute a remote command, given as 16 words, until the controller is ready again.
 
         The data reach the controller before the code is sent (guide 2, steps 1 and 2).
 
@@ -414,7 +427,10 @@ class Asker:
 
 
 def telegram(name: str, robot: int = 0, **fields: FieldValue) -> tuple[int, ...]:
-    """Return the 16 words of a request, unchecked, because some questions send wrong words."""
+    """Return the 16 words of a request.
+
+    They are not checked, because some questions send wrong words on purpose.
+    """
     entry = command(name)
     words = [0] * 16
     for part in entry.request:

@@ -1,4 +1,4 @@
-"""The connection to the controller: writing, reading, and the passing of time."""
+"""The connection of the probe to the controller: functions to write, to read and to wait."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from rcx_harness.spec.wire import CYCLE_US
 
 __all__ = ["LostError", "NetworkLine", "NotConnectedError"]
 
-#: Time for which written data are sent if they are not written again. If the probe hangs, the
-#: packets end and the robot stops.
+#: Written data are sent for this time, and then only if they are written again. If the probe
+#: hangs, no packets are sent after this time and the robot stops.
 _LEASE_US = 1_000_000
 _LOOK_US = 1_000
 _FIRST_US = 5_000_000
 
 
 class LostError(Exception):
-    """The error for a connection that the probe has not closed itself."""
+    """The error if the connection ends although the probe has not closed it."""
 
 
 class NotConnectedError(LostError):
@@ -43,7 +43,7 @@ class NetworkLine:
         address: IPv4 address of this machine to send from; empty: the system chooses.
 
     Attributes:
-        step_us: Time between two reads; a shorter time is of no use.
+        step_us: Time between two reads. Reads at a shorter interval return nothing new.
         tolerance_us: Time by which a measured time may be too long.
         identity: Identity of the controller, line by line.
     """
@@ -64,14 +64,14 @@ class NetworkLine:
 
     @property
     def now_us(self) -> int:
-        """Return the microseconds since the probe began."""
+        """Return the time since the probe began [us]."""
         return round((time.monotonic() - self._begin) * 1e6)
 
     @property
     def sent(self) -> int:
         """Return the number of sent packets.
 
-        A packet contains the data at the time of its preparation.
+        A packet contains the data that were written before the packet was prepared.
         """
         return self._scanner.shared.status().sent
 
@@ -100,7 +100,7 @@ class NetworkLine:
         self._scanner.stop()
 
     def write(self, area: bytes, *, run: bool = True) -> None:
-        """Send this area from now on; without `run`, with the idle header."""
+        """Send this area from now on. If `run` is False, send the idle header."""
         self._written = area
         self._scanner.write(area, run, _LEASE_US)
 
@@ -120,15 +120,18 @@ class NetworkLine:
         return received.image
 
     def wait(self, us: int) -> None:
-        """Let time pass."""
+        """Wait for this time, and continue to send and receive."""
         end_us = self.now_us + us
         while (left_us := end_us - self.now_us) > 0:
             if self._open:
-                self.read()  # renews the time for which the data is valid
+                self.read()  # each write extends the time for which the data are sent
             time.sleep(min(left_us, 100_000) / 1e6)
 
     def close(self) -> None:
-        """Send some packets with zeros, then a Forward Close, in any state of the connection."""
+        """Send some packets with zeros, then a Forward Close.
+
+        This works in any state of the connection.
+        """
         if self._open:
             self._scanner.write(bytes(self.size), True, _LEASE_US)
             self._open = False

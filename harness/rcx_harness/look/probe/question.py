@@ -21,7 +21,7 @@ class Risk(IntEnum):
 
     @property
     def text(self) -> str:
-        """Return the risk in words."""
+        """Return a description of the risk for the person at the cell."""
         return {
             Risk.READING: "reading only: SI(00) and SI(06) are OFF, nothing is changed",
             Risk.STILL: "no motion: the servos stay off; signals, data and settings are changed",
@@ -37,7 +37,7 @@ class Question:
         risk: The highest risk at the cell.
         title: The question in one line.
         does: Description of the action at the cell, for the person who confirms it.
-        decides: Rules with the keys that the answer decides; empty for a rule without keys.
+        decides: Maps each rule that the answer decides to its keys; a rule may have no keys.
         ask: Function that asks the question and reports findings.
         person: Action that the person must take; empty if none.
     """
@@ -54,7 +54,10 @@ class Question:
 def _asked(
     risk: Risk, decides: Mapping[str, tuple[str, ...]], *, does: str = "", person: str = ""
 ) -> Callable[[Callable[[Asker], None]], Question]:
-    """Register a function as a question; its docstring is the title."""
+    """Register a function as a question.
+
+    The docstring of the function is the title of the question.
+    """
 
     def made(ask: Callable[[Asker], None]) -> Question:
         name = ask.__name__.replace("_", "-")

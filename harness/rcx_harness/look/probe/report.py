@@ -38,7 +38,7 @@ class Verdict:
     Attributes:
         verdict: `confirmed`, `confirmed in part`, `refuted` or `not asked`.
         findings: Findings with their questions.
-        open: Keys of the rule without a finding.
+        open: Keys of the rule that no finding decides.
         reason: Why the rule was not examined; empty if it was examined.
     """
 
@@ -51,7 +51,7 @@ class Verdict:
 
 @lru_cache(maxsize=1)
 def unasked() -> Mapping[str, str]:
-    """Return the assumed rules that no question decides, with the reasons."""
+    """Return the assumed rules that no question decides. Each rule is mapped to the reason."""
     table: list[dict[str, Any]] = load_toml(folder() / "unasked.toml")["unasked"]
     return {rule: entry["reason"] for entry in table for rule in entry["rules"]}
 
@@ -88,7 +88,7 @@ def _reason(rule: Rule, outcome: Outcome) -> str:
 
 
 def as_toml(outcome: Outcome, subject: Subject) -> str:
-    """Return the report as TOML, for programs."""
+    """Return the report of a probe as TOML, for programs."""
     head = {
         "format": "rcx-probe/1",
         **asdict(subject),
@@ -126,7 +126,7 @@ def _rounded(value: Any) -> Any:
 
 
 def as_markdown(outcome: Outcome, subject: Subject) -> str:
-    """Return the report as Markdown, for readers."""
+    """Return the report of a probe as Markdown, for readers."""
     every = verdicts(outcome)
     count = {kind: sum(one.verdict == kind for one in every) for kind in _KINDS}
     lines = [

@@ -22,8 +22,8 @@ class Outcome:
 
     Attributes:
         findings: Findings by question, in the order of the questions.
-        skipped: By question, the reason why it was skipped or has decided nothing.
-        ended: Reason why the probe ended before its last question; empty if it is complete.
+        skipped: Maps a question to the reason why it was skipped or has decided nothing.
+        ended: Reason why the probe ended before its last question. Empty if the probe is complete.
     """
 
     identity: Sequence[str] = ()
@@ -51,7 +51,7 @@ class Person:
 def probe(
     line: NetworkLine, asked: Sequence[Question], person: Person, trace: Path | None = None
 ) -> Outcome:
-    """Ask the questions one after the other; between them and at the end all inputs are OFF.
+    """Ask all questions. Between two questions and at the end all inputs are OFF.
 
     Ctrl-C or a lost connection ends the probe: the inputs go OFF, the connection is closed, and the
     outcome contains all findings so far.

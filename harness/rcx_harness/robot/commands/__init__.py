@@ -1,7 +1,9 @@
-"""The remote commands, by the guide's categories; category 1 is in three modules.
+"""The remote commands, one module for one or two of the guide's categories.
 
-A module registers its commands by code. The format of their telegrams is in
-spec/remote_commands.toml and is checked before they are called. New modules are imported here.
+Category 1 has three modules.
+
+Each module registers its commands by code. The format of the telegrams is in
+spec/remote_commands.toml and is checked before a command is called. Import new modules here.
 """
 
 from rcx_harness.robot.commands import (  # noqa: F401  (register)

@@ -1,4 +1,4 @@
-"""The form of a remote command: a function that acts at once, or a class that takes time."""
+"""The registration of remote commands: functions that act at once, and classes that take time."""
 
 from __future__ import annotations
 
@@ -29,13 +29,13 @@ __all__ = [
     "takes_time",
 ]
 
-#: Response fields by their names in remote_commands.toml.
+#: The fields of a response, by their names in remote_commands.toml.
 Response = Mapping[str, FieldValue]
 
 
 @dataclass(frozen=True)
 class Call:
-    """A command from the master: its code without R, the addressed robot, and the fields.
+    """A remote command: its code without the robot digit R, the addressed robot, and the fields.
 
     `designated` is R as it was sent, 0 to 4. Some commands distinguish 0 from robot 1. With
     `by_program` the command comes from a statement of a robot program.
@@ -49,7 +49,7 @@ class Call:
 
     @property
     def places(self) -> tuple[int, ...]:
-        """Return the places (0 to 5 in the robot) of the selected axes; by default, of all axes.
+        """Return the indices in the robot (0 to 5) of the selected axes; by default, of all axes.
 
         The fields `axis_designation` and `axes` select axes.
         """
@@ -63,18 +63,18 @@ class Call:
 
     @property
     def indices(self) -> tuple[int, ...]:
-        """Return the axes of `places` as indices into all axes of the controller."""
+        """Return the selected axes as indices into all axes of the controller."""
         return tuple(self.arm.indices[place] for place in self.places)
 
 
 class Execution:
-    """A command under way; by default the status reset command does not end it."""
+    """A command that is being executed. By default the status reset command does not end it."""
 
     stoppable = False
     """Whether the status reset command may end the command (continuous output) legally."""
 
     def step(self, machine: Machine) -> Response | None:
-        """Continue the command in this cycle; return the response at its normal end, else None."""
+        """Execute the command for one cycle; return the response at its normal end, else None."""
         raise NotImplementedError
 
     def interim(self, machine: Machine) -> Response:
@@ -94,10 +94,11 @@ _ABSENT: set[int] = set()
 
 
 def act(*codes: int, absent: bool = False) -> Callable[[_A], _A]:
-    """Register a function that does the whole command when its `command_delay` is over.
+    """Register a function that executes a whole command at the end of its `command_delay`.
 
-    It returns the response fields, or None if there are none. `codes` are given without the robot's
-    digit. With `absent` the function also answers for a robot that does not exist.
+    The function returns the response fields, or None if there are none. `codes` are the codes of
+    the commands without the robot digit. With `absent` the function is also called for a robot that
+    does not exist.
     """
 
     def register(function: _A) -> _A:
@@ -130,7 +131,7 @@ def takes_time(*codes: int) -> Callable[[_S], _S]:
 
 
 def statement(code: int) -> Callable[[_S], _S]:
-    """Register a statement of robot programs that has no remote command; the code is our own."""
+    """Register a statement of robot programs that has no remote command, under our own code."""
 
     def register(starter: _S) -> _S:
         _STATEMENTS[code] = starter
@@ -140,12 +141,12 @@ def statement(code: int) -> Callable[[_S], _S]:
 
 
 def registered() -> list[int]:
-    """Return the codes that have an effect in this controller, without R."""
+    """Return the codes of all registered commands, without the robot digit R."""
     return sorted({*_ACTIONS, *_STARTERS})
 
 
 def start(machine: Machine, call: Call) -> Execution:
-    """Begin a command."""
+    """Begin a remote command, and return the object that executes it in the following cycles."""
     starter = _STARTERS.get(call.code) or (call.by_program and _STATEMENTS.get(call.code))
     if starter:
         try:
@@ -177,7 +178,8 @@ def perform(machine: Machine, wanted: Request) -> Execution | None:
 class Action(Execution):
     """A command that acts once, `command_delay` after it was accepted.
 
-    If the delay is shorter than a cycle, it acts at once, so the run status may be skipped.
+    If the delay is shorter than a cycle, the command acts at once. Then the run status may be
+    skipped.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:
@@ -186,7 +188,7 @@ class Action(Execution):
         self._due_us = machine.now_us + (0 if delay_us < CYCLE_US else delay_us)
 
     def step(self, machine: Machine) -> Response | None:
-        """Act when the delay is over."""
+        """Call the function of the command once the delay is over; return None before that."""
         if machine.now_us < self._due_us:
             return None
         return _ACTIONS[self._call.code](machine, self._call) or {}

@@ -16,17 +16,17 @@ from rcx_harness.robot.paths import Pace, plan_line, plan_ptp
 _PULSES = (0x020, 0x024)
 _TOOL = (0x022, 0x026)
 _R = 3
-_PROBE = 1000  # 1 mm or 1 degree: far enough to see which axes a direction moves
-_STEP = 250.0  # step of the search on a path with rotation [0.001 mm, 0.001 degree]
+_PROBE = 1000  # 1 mm or 1 degree: far enough to find the axes that a direction moves
+_STEP = 250.0  # step of the search for a soft limit if an arm or hand turns [0.001 mm or degree]
 _FAR = 1e7  # beyond the reach of any robot [0.001 mm, 0.001 degree]
 
 
 @takes_time(0x020, 0x021, 0x022)
 class Jog(Moving):
-    """A jog: the axis moves until the stop input goes OFF, at most to a soft limit.
+    """A jog: the axis moves until a stop input turns OFF, or until it reaches a soft limit.
 
-    The stop is an abnormal end that shows the position. At the limit the jog ends with 2.334, or
-    normally if `jog_limit` is set so.
+    A stop is an abnormal end with the position in the response. At the soft limit the jog ends with
+    alarm 2.334, or normally if `jog_limit` permits it.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:
@@ -48,7 +48,7 @@ class Jog(Moving):
 
 @takes_time(0x024, 0x025, 0x026)
 def inch(machine: Machine, call: Call) -> Moving:
-    """Move by the inching amount, in pulses or 0.001 mm."""
+    """Move an axis or the tool by the inching amount, in pulses or 0.001 mm."""
     amount = call.arm.settings.inching_amount
     if call.code not in _PULSES:
         return Moving(call, _follow(machine, call, lambda: amount))
@@ -58,15 +58,15 @@ def inch(machine: Machine, call: Call) -> Moving:
 
 
 def _axis(call: Call) -> tuple[int, int]:
-    """Return the place of the selected axis (0 to 5 in the robot), and the direction, +1 or -1."""
+    """Return the index of the selected axis in the robot (0 to 5), and the direction, +1 or -1."""
     (place,) = call.places
     return place, -1 if call.values["direction"] else 1
 
 
 def _end(call: Call) -> tuple[int, int]:
-    """Return the place of the axis and the end of its jog.
+    """Return the index of the axis in the robot (0 to 5), and the end of its jog [pulses].
 
-    The end is the soft limit, or the current position if that is beyond the limit.
+    The end is the soft limit, or the current position if the axis is already beyond the limit.
     """
     place, sign = _axis(call)
     axis, now = call.arm.axes[place], call.arm.here[place]
@@ -80,7 +80,7 @@ def _drive(machine: Machine, call: Call, place: int, target: int) -> Movement:
 
 
 def _follow(machine: Machine, call: Call, distance: Callable[[], float]) -> Movement:
-    """Move the tool along its direction by `distance` [0.001 mm or 0.001 degree]."""
+    """Move the tool in the commanded direction by `distance` [0.001 mm or 0.001 degree]."""
     arm = call.arm
     places = arm.beyond(_ways(call, _PROBE), mm=True) if arm.frame.straight else None
     machine.check_movable(arm, places)
@@ -93,7 +93,7 @@ def _manual(call: Call) -> Pace:
 
 
 def _ways(call: Call, distance: float) -> Mapping[int, float]:
-    """Return the change of each coordinate, by its index, if the tool moves along the axis."""
+    """Return the change of each coordinate, by its index, if the tool moves by `distance`."""
     place, sign = _axis(call)
     ways = {place: sign * distance}
     if call.code in _TOOL:
@@ -106,10 +106,10 @@ def _ways(call: Call, distance: float) -> Mapping[int, float]:
 
 
 def _reach(call: Call) -> float:
-    """Return the distance until an axis is at its soft limit [0.001 mm or 0.001 degree].
+    """Return the distance to the first soft limit [0.001 mm or 0.001 degree].
 
-    If all axes move in proportion to the distance, the limit of each axis gives its distance. If a
-    hand or an arm turns, the distance is searched in steps.
+    If all axes move in proportion to the distance, the distance is calculated from the limit of
+    each axis. If a hand or an arm turns, the distance is searched in steps.
     """
     axes, frame = call.arm.axes, call.arm.frame
     start = frame.to_mm(call.arm.here)
@@ -143,7 +143,7 @@ def _reach(call: Call) -> float:
 
 
 def _last(inside: Callable[[float], bool], end: float) -> float:
-    """Return the longest distance within the soft limits, searched in steps, then by bisection."""
+    """Search the longest distance within the soft limits, in steps and then by bisection."""
     steps: Iterable[float] = (k * _STEP for k in range(1, int(end / _STEP) + 1))
     out = next((distance for distance in chain(steps, (end,)) if not inside(distance)), None)
     if out is None:

@@ -32,7 +32,7 @@ __all__ = ["Moving", "position_output"]
 
 _Plan = Callable[[Arm, Mapping[int, int], Pace], Path]
 
-# speed modes; the unit of the first is 0.01 % of the maximum
+# speed modes; the unit of the first mode is 0.01 % of the maximum speed
 _DIRECT_SPEED, _PERCENT, _MM_PER_S = 1, 2, 3
 _LINEAR = (0x003, 0x00A, 0x045)
 _ON_CURVE = (*_LINEAR, 0x004, PATH_START)
@@ -40,12 +40,12 @@ _MM = (0x006, 0x00E, 0x012, 0x016, 0x04C)
 _DRIVE_TO_POINT = (0x010, 0x04B)
 _DRIVEI_BY_POINT = 0x014
 _PALLET_ARCH = 0x019
-_R_ONLY = (3,)  # places of the axes in the robot, from 0
+_R_ONLY = (3,)  # indices of the axes in the robot, from 0
 _R_AND_ARM = (0, 1, 3)
 
 
 class Moving(Execution):
-    """A command that ends with its movement."""
+    """A command that ends when its movement ends."""
 
     def __init__(self, call: Call, movement: Movement) -> None:
         """Create the command for a `movement` that has already begun."""
@@ -53,7 +53,7 @@ class Moving(Execution):
         self.movement = movement
 
     def step(self, machine: Machine) -> Response | None:
-        """Return the position, if requested, at the end of the movement; None before the end."""
+        """Return the requested position at the end of the movement; None before the end."""
         if self.movement.stopped_by:
             raise CommandError(self.movement.stopped_by)
         return position_output(self.call) if self.movement.done else None
@@ -81,7 +81,7 @@ def move_to_point(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x002)
 def move_arch(machine: Machine, call: Call) -> Moving:
-    """Move in an arch to a point; an arch axis that is not selected returns to its start."""
+    """Move in an arch to a point. If the arch axis is not selected, it returns to its start."""
     places = _movable_places(machine, call)
     point = _point(machine, call)
     arch = _arch(call)
@@ -91,7 +91,7 @@ def move_arch(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x004)
 def move_circular(machine: Machine, call: Call) -> Moving:
-    """Move on an arc through the first point to the second one, with all axes."""
+    """Move all axes on an arc through the first point to the second point."""
     places = _movable_places(machine, call)
     points = [_point(machine, call, name) for name in ("point1", "point2")]
     via, target = (_target(call, point, places) for point in points)
@@ -101,7 +101,7 @@ def move_circular(machine: Machine, call: Call) -> Moving:
 
 @statement(PATH_START)
 def follow_path(machine: Machine, call: Call) -> Moving:
-    """Follow the path that PATH statements have defined; no remote command does this."""
+    """Follow the path that PATH statements have defined. There is no such remote command."""
     places = _movable_places(machine, call)
     way = call.values["way"]
     legs = [
@@ -117,7 +117,7 @@ def follow_path(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x006, 0x007)
 def move_direct(machine: Machine, call: Call) -> Moving:
-    """Move with PTP to a position in the command.
+    """Move with PTP to a position that the command contains.
 
     In mm, axis 4 of a SCARA robot also moves axes 1 and 2.
     """
@@ -133,7 +133,7 @@ def move_direct(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x009, 0x00A, 0x014)
 def move_by_point(machine: Machine, call: Call) -> Moving:
-    """Move by the data of a point: MOVEI with PTP or on a line (4.2.2), DRIVEI (4.2.4)."""
+    """Move by the distances of a point: MOVEI with PTP or on a line (4.2.2), DRIVEI (4.2.4)."""
     places = _movable_places(machine, call)
     point = _point(machine, call)
     ways = {place: point.data[place] for place in places}
@@ -144,14 +144,14 @@ def move_by_point(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x00E, 0x00F)
 def movei_direct(machine: Machine, call: Call) -> Moving:
-    """Move by distances in the command (MOVEI)."""
+    """Move by the distances that the command contains (MOVEI)."""
     ways = {place: call.values["distances"][place] for place in _movable_places(machine, call)}
     return _go_by(machine, call, ways, mm=call.code in _MM, hand=_hand(call))
 
 
 @takes_time(0x016, 0x017)
 def drivei_direct(machine: Machine, call: Call) -> Moving:
-    """Move one axis by the distance in the command (DRIVEI)."""
+    """Move one axis by the distance that the command contains (DRIVEI)."""
     ways = dict.fromkeys(_movable_places(machine, call), call.values["distance"])
     return _go_by(machine, call, ways, mm=call.code in _MM, one_axis=True)
 
@@ -193,7 +193,7 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
     if point.mm or frame.straight:
         there = arm.frame_with(point.hand) if point.hand else frame
         ends = there.to_pulses(frame.tool_to_mm(frame.to_mm(start), way))
-    else:  # in pulses each coordinate is an axis, so each selected axis moves by its own element
+    else:  # in pulses each coordinate belongs to one axis, so no other axis moves
         ends = tuple(at + point.data[k] * (k in places) for k, at in enumerate(start))
     target = {
         place: round(end)
@@ -205,11 +205,11 @@ def move_in_tool_coordinates(machine: Machine, call: Call) -> Moving:
 
 @takes_time(0x04B, 0x04C, 0x04D)
 class Push(Moving):
-    """PUSH: one axis moves to a target and pushes against workpieces in its way (4.2.23).
+    """PUSH: one axis moves to a target and pushes against a workpiece that blocks it (4.2.23).
 
-    It ends when the axis has pushed for the push time, or has reached its target. Without a time in
-    the command, the axis' parameter PSHTIME is used; PSHSPD reduces the speed. The force is checked
-    but has no effect in this model.
+    The command ends when the axis has pushed for the push time, or has reached its target. Without
+    a time in the command, the axis' parameter PSHTIME is used; PSHSPD reduces the speed. The value
+    of the force is checked, but the force has no effect in this model.
     """
 
     def __init__(self, machine: Machine, call: Call) -> None:
@@ -237,7 +237,7 @@ class Push(Moving):
 
 
 def _point(machine: Machine, call: Call, name: str = "point") -> Point:
-    """Return the point of a field: by its number, or as data from a robot program.
+    """Return the point of a field, which is a point number or point data of a robot program.
 
     Raises:
         CommandError: the point is not defined.
@@ -247,14 +247,14 @@ def _point(machine: Machine, call: Call, name: str = "point") -> Point:
 
 
 def _movable_places(machine: Machine, call: Call) -> tuple[int, ...]:
-    """Return the places (0 to 5) of the axes that the command selects."""
+    """Check that the selected axes may move, and return their indices in the robot (0 to 5)."""
     places = call.places
     machine.check_movable(call.arm, places, by_program=call.by_program)
     return places
 
 
 def _pace(call: Call) -> Pace:
-    """Return speed, acceleration and deceleration of a command, or their defaults."""
+    """Return speed, acceleration and deceleration of a command; missing fields have defaults."""
     values, settings = call.values, call.arm.settings
     mode, speed = values.get("speed_mode", 0), values.get("speed", 0)
     up = values["acceleration"] / 100 if values.get("acceleration_flag") else None
@@ -274,14 +274,14 @@ def _plan(call: Call) -> _Plan:
 
 
 def _hand(call: Call) -> int:
-    return int(call.values.get("hand", 0)) % 3  # 3 means no hand, as 0 does
+    return int(call.values.get("hand", 0)) % 3  # both 0 and 3 mean no hand
 
 
 def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
-    """Return the position of a point [pulses], by the place of the axis in the robot.
+    """Return the position of a point [pulses], by the index of the axis in the robot.
 
-    A point without a hand system uses the arm designation; on lines and arcs it uses the current
-    arm.
+    If the point has no hand system, the arm designation applies. On lines and arcs the current hand
+    system applies instead.
     """
     arm = call.arm
     free = arm.hand_system if call.code in _ON_CURVE else arm.designated_hand
@@ -290,7 +290,7 @@ def _target(call: Call, point: Point, places: Iterable[int]) -> dict[int, int]:
 
 
 def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
-    """Return the axis and its target [pulses]: a point, or a position in the command."""
+    """Return the selected axis and its target [pulses], from a point or from the command."""
     places = _movable_places(machine, call)
     if call.code in _DRIVE_TO_POINT:
         return _target(call, _point(machine, call), places)
@@ -299,7 +299,7 @@ def _axis_target(machine: Machine, call: Call) -> dict[int, int]:
 
 
 def _arch(call: Call) -> Arch:
-    """Return the arch axis, its position and its distances [pulses]."""
+    """Return the arch axis, its arch position and its two arch distances [pulses]."""
     arm, values, mm = call.arm, call.values, bool(call.values["arch_unit"])
     place = int(values["arch_axis"]).bit_length() - 1
     if place >= len(arm.axes):
@@ -324,14 +324,13 @@ def _go_by(
     hand: int = 0,
     one_axis: bool = False,
 ) -> Moving:
-    """Move each axis (by its place) by its distance [pulses or 0.001 mm].
+    """Move axes by the distances in `ways` [pulses or 0.001 mm]; the key is the axis in the robot.
 
     With `one_axis` a movement that needs other axes is refused.
 
-    If a command repeats an interrupted movement and the parameter "MOVEI/DRIVEI start position" is
-    Keep, the movement continues to its original target. With Reset it starts from the current
-    position. A command repeats another if code, axes and distances are equal; speed and output may
-    differ.
+    A command with the same code, axes and distances as an interrupted movement repeats this
+    movement. Speed and output may differ. If the parameter "MOVEI/DRIVEI start position" is Keep,
+    the repetition continues to the original target. With Reset it starts from the current position.
     """
     arm = call.arm
     again = (call.code, mm, tuple(sorted(ways.items())))
@@ -349,7 +348,7 @@ def _go_by(
 def _begin(
     machine: Machine, call: Call, path: Path, hand: int = 0, *, relative: Hashable | None = None
 ) -> Moving:
-    """Start a movement; a SCARA robot takes over its hand system (1 right, 2 left)."""
+    """Start a movement, and set the hand system of a SCARA robot to `hand` (1 right, 2 left)."""
     movement = machine.move(call.arm.number, path, relative=relative)
     if hand and call.arm.scara:
         call.arm.settings.arm_status = hand - 1

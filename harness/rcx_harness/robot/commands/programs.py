@@ -1,7 +1,8 @@
 """Categories 4 and 5: ports and robot programs (guide, 4.5 and 4.6).
 
-The normal end of a command of category 5 only confirms its reception, like a key of the programming
-box. The program starts or is reset a moment later; SO(13) and SO(14) show it.
+The normal end of a command of category 5 only confirms that the command was received, as if a key
+of the programming box was pressed. The program starts or is reset a moment later. SO(13) and SO(14)
+show the result.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from rcx_harness.robot.signals import dedicated_outputs
 _KINDS = ("DI", "DO", "MO", "LO", "TO", "SI", "SO")
 _DEDICATED = 2  # number of dedicated ports: SO0() and SO1()
 _STOP_PORT, _STOP_BIT = 0, 6  # DI(06), the stop input of the parallel I/O board
-_ALL, _NUMBER, _TASK = 0, 1, 2  # designation methods; any other is the name
+_ALL, _NUMBER, _TASK = 0, 1, 2  # designation methods; any other value means: by name
 _NAME_LENGTH = 16
 _COMMON, _IN_COMMON = "COMMON", 10000
 _MODES = {0x403: STEP, 0x405: NEXT_LINE}
@@ -24,7 +25,7 @@ _MODES = {0x403: STEP, 0x405: NEXT_LINE}
 
 @act(0x300)
 def write_port(machine: Machine, call: Call) -> None:
-    """Assign eight bits to an output port, as a robot program does."""
+    """Set the eight bits of an output port, as a robot program does."""
     machine.ports.write(port_of(*_named(call)), call.values["pattern"])
 
 
@@ -52,7 +53,7 @@ def read_port(machine: Machine, call: Call) -> Response:
 
 @act(0x401)
 def register(machine: Machine, call: Call) -> None:
-    """Register a program in a task, from its first line on (4.6.1)."""
+    """Register a program in a task; the program begins at its first line (4.6.1)."""
     program, values = machine.program, call.values
     task = program.tasks[_place(machine, call)]
     before = program.in_task(values["task"]) if values["task"] else None
@@ -65,7 +66,7 @@ def register(machine: Machine, call: Call) -> None:
 
 @act(0x402)
 def execute(machine: Machine, call: Call) -> None:
-    """Run programs (4.6.2); a running program continues."""
+    """Run the selected programs (4.6.2); a program that is already running continues."""
     _check_may_run(machine)
     program, modes = machine.program, None
     if call.values["method"] != _ALL:
@@ -76,7 +77,7 @@ def execute(machine: Machine, call: Call) -> None:
 
 @act(0x403, 0x405)
 def execute_line(machine: Machine, call: Call) -> None:
-    """Execute one line of a program that does not run (4.6.2)."""
+    """Execute one line of a program that is not running (4.6.2)."""
     _check_may_run(machine)
     place = _stopped(machine, call)
     _order_start(machine, {place: _MODES[call.code]})
@@ -84,7 +85,7 @@ def execute_line(machine: Machine, call: Call) -> None:
 
 @act(0x404)
 def skip(machine: Machine, call: Call) -> None:
-    """Skip one line of a program that does not run (4.6.2)."""
+    """Skip one line of a program that is not running (4.6.2)."""
     _check_auto(machine)
     place = _stopped(machine, call)
     machine.program.tasks[place].skip()
@@ -93,7 +94,7 @@ def skip(machine: Machine, call: Call) -> None:
 
 @act(0x406)
 def reset(machine: Machine, call: Call) -> None:
-    """Reset all programs or one program; running programs are refused (4.6.3)."""
+    """Reset one program or all programs; end with an alarm if a program is running (4.6.3)."""
     _check_auto(machine)
     program = machine.program
     place = None if call.values["method"] == _ALL else _registered(machine, call)
@@ -124,13 +125,13 @@ def read_info(machine: Machine, call: Call) -> Response:
 
 
 def _named(call: Call) -> tuple[str, int]:
-    """Return kind and index of the port; the port number has octal digits."""
+    """Return the kind of the selected port and its index; the port number has octal digits."""
     tens, units = divmod(call.values["port"], 16)
     return _KINDS[call.values["port_type"]], 8 * tens + units
 
 
 def _place(machine: Machine, call: Call) -> int:
-    """Return the place of the selected program in the list of programs, from 0.
+    """Return the index of the selected program in the list of programs, from 0.
 
     If several programs have the requested name, the first of them is selected.
     """
@@ -171,7 +172,7 @@ def _check_auto(machine: Machine) -> None:
 
 
 def _check_may_run(machine: Machine) -> None:
-    """Raise CommandError with the reason if SI(12) could not start the program either."""
+    """Raise CommandError if the input SI(12) could not start a program in the current state."""
     if machine.emergency:
         raise CommandError(EMERGENCY_STOP)
     if machine.stopped:

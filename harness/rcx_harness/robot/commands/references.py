@@ -16,16 +16,16 @@ _NO_SCARA = 9
 _DESIGNATION = 0x50B
 _OF_MAX = 0x510
 _TYPES = {1: "incremental", 2: "absolute"}
-_HALF = 8  # number of tasks in one answer
+_HALF = 8  # number of tasks in one response
 _STOPPED, _RUNNING, _SUSPENDED, _STANDBY, _NO_TASK = 0, 1, 2, 3, 9
 _NETWORK_GROUP = 12
 _ETHERNET_IP = 0x0401  # unit number of an EtherNet/IP unit in an option slot
-_CONTROLLER, _SLOT = 1, 3  # kind and detail of a Place
+_CONTROLLER, _SLOT = 1, 3  # values of `kind` and `detail` of a Place
 
 
 @act(0x501)
 def read_version(machine: Machine, call: Call) -> Response:
-    """Return software versions (4.7.1); absent drivers show 0."""
+    """Return the software versions (4.7.1); the version of an absent driver is 0."""
     config = machine.config
     present = min(len(config.axes), _DRIVERS)
     return {
@@ -38,14 +38,14 @@ def read_version(machine: Machine, call: Call) -> Response:
 
 @act(0x502)
 def read_configuration(machine: Machine, call: Call) -> Response:
-    """Return the type of a robot and of its axes (4.7.2)."""
+    """Return the type of a robot and the types of its axes (4.7.2)."""
     types = tuple(axis.robot_type for axis in call.arm.axes)
     return {"robot_type": types[0], "axis_types": types}
 
 
 @act(0x513)
 def read_option_slots(machine: Machine, call: Call) -> Response:
-    """Return the units in the option slots (4.7.15); there is one controller."""
+    """Return the units in the option slots of the only controller (4.7.15)."""
     if call.values["controller"] != 1:
         raise CommandError(machine.config.absent_controller_alarm)
     return {"slots": machine.config.option_slots, "ivy2": machine.config.ivy2_unit}
@@ -53,7 +53,7 @@ def read_option_slots(machine: Machine, call: Call) -> Response:
 
 @act(0x505, 0x506)
 def read_position_once(machine: Machine, call: Call) -> Response:
-    """Return the current position (4.7.4)."""
+    """Return the current position of a robot (4.7.4)."""
     mm = call.code == _MM
     values = {"positions": call.arm.shown(mm=mm)}
     if not mm:
@@ -69,12 +69,12 @@ def read_position_once(machine: Machine, call: Call) -> Response:
 
 @takes_time(0x505, 0x506)
 def read_position(machine: Machine, call: Call) -> Execution:
-    """Return the current position, once or until the status reset command (4.7.4)."""
+    """Return the current position once, or in every cycle until the status reset (4.7.4)."""
     return _Continuous(call) if call.values["continuous"] else Action(machine, call)
 
 
 class _Continuous(Execution):
-    """Continuous output: the position in every cycle, until the status reset command."""
+    """The continuous output of the position, in every cycle until the status reset command."""
 
     stoppable = True
 
@@ -90,7 +90,7 @@ class _Continuous(Execution):
 
 @act(0x503)
 def read_servos(machine: Machine, call: Call) -> Response:
-    """Return servo and brake state of each axis (4.7.3)."""
+    """Return the servo state and the brake state of each axis (4.7.3)."""
     states = [machine.servos.states[index] for index in call.arm.indices]
     return {"servo_states": _six(states, _NO_AXIS)}
 
@@ -106,7 +106,7 @@ def read_speeds(machine: Machine, call: Call) -> Response:
 
 @act(0x50B, 0x50C, absent=True)
 def read_arm(machine: Machine, call: Call) -> Response:
-    """Return the arm designation (4.7.9) or the current arm (4.7.10); 0 without axes."""
+    """Return arm designation (4.7.9) or current arm (4.7.10); 0 for a robot without axes."""
     if not call.arm.axes:
         return {}
     if not call.arm.scara:
@@ -157,7 +157,7 @@ def read_states(machine: Machine, call: Call) -> Response:
 
 @act(0x508)
 def read_lines(machine: Machine, call: Call) -> Response:
-    """Return the lines that eight tasks execute (4.7.6); 0 without a task."""
+    """Return the current lines of eight tasks (4.7.6); 0 for a task without a program."""
     return {"lines": tuple(task.line if task else 0 for task in _tasks(machine, call))}
 
 
@@ -182,20 +182,20 @@ def read_latest(machine: Machine, call: Call) -> Response:
 
 @act(0x511)
 def read_date(machine: Machine, call: Call) -> Response:
-    """Return the date (4.7.13)."""
+    """Return the date of the controller's clock (4.7.13)."""
     now = machine.data.clock.now(machine.now_us)
     return {"year": now.year % 100, "month": now.month, "day": now.day}
 
 
 @act(0x512)
 def read_time(machine: Machine, call: Call) -> Response:
-    """Return the time (4.7.14)."""
+    """Return the time of the controller's clock (4.7.14)."""
     now = machine.data.clock.now(machine.now_us)
     return {"hour": now.hour, "minute": now.minute, "second": now.second}
 
 
 def _six(values: list[int], absent: int) -> tuple[int, ...]:
-    """Return the fields of all six axes; `absent` for axes that do not exist."""
+    """Return the values of the six axis fields; axes that do not exist get the value `absent`."""
     return tuple(values + [absent] * (AXES - len(values)))
 
 
@@ -226,7 +226,7 @@ def _entry(machine: Machine, alarm: ActiveAlarm) -> Response:
 
 
 def _place(machine: Machine, number: str, group: int) -> Place:
-    """Return controller 1; for network alarms its option slot (the manual's C1O1)."""
+    """Return the place of an alarm: controller 1, or its option slot (C1O1) for a network alarm."""
     slots = machine.config.option_slots
     of_network = group == _NETWORK_GROUP and number not in (EMERGENCY_STOP, STOP)
     if not of_network or _ETHERNET_IP not in slots:

@@ -13,10 +13,10 @@ from rcx_harness.robot.motion import OriginRun
 from rcx_harness.robot.paths import Pace, plan_ptp
 from rcx_harness.robot.stored import ROBOTS, Point
 
-_QUARTERS = 4  # absolute reset positions per rotation of the motor
+_QUARTERS = 4  # number of absolute reset positions in a rotation of the motor
 _OFF = 0x035
 _WITH_SERVOS = 0x042
-#: The setting that each command changes, and the field that holds its new value.
+#: Maps each command to the setting that it changes, and to the field with the new value.
 _SETTINGS = {
     0x027: ("inching_amount", "amount"),
     0x038: ("manual_speed", "speed"),
@@ -34,25 +34,25 @@ def change_setting(machine: Machine, call: Call) -> None:
 
 @act(0x03B)
 def select_shift(machine: Machine, call: Call) -> None:
-    """Select a shift (4.2.17)."""
+    """Select the shift of a robot (4.2.17)."""
     number = call.values["shift"]
-    # raises the alarm of the shift reference if the shift is not defined
+    # This call raises the alarm of the shift reference if the shift is not defined.
     machine.memory.shift(number)
     call.arm.settings.shift = number
 
 
 @act(0x03C)
 def select_hand(machine: Machine, call: Call) -> None:
-    """Select a hand (4.2.18)."""
+    """Select the hand of a robot (4.2.18)."""
     number = call.values["hand_number"]
-    # raises the alarm of the hand reference if the hand is not defined
+    # This call raises the alarm of the hand reference if the hand is not defined.
     machine.memory.hand(call.arm.number, number)
     call.arm.settings.hand = number
 
 
 @act(0x03D)
 def select_arm(machine: Machine, call: Call) -> None:
-    """Change the arm designation of a SCARA robot (4.2.19); the arm follows when it moves."""
+    """Change the arm designation of a SCARA robot (4.2.19), for its next movements."""
     if not call.arm.scara:
         raise CommandError(machine.config.not_scara_alarm)
     call.arm.settings.arm = call.values["arm"]
@@ -101,7 +101,10 @@ def absolute_reset(machine: Machine, call: Call) -> None:
 
 @takes_time(0x032)
 def return_robot_to_origin(machine: Machine, call: Call) -> Execution:
-    """Return all axes, or those that a flag selects, to their origins; 0: all robots (4.2.12)."""
+    """Return all axes, or the axes that a flag selects, to their origins (4.2.12).
+
+    Robot 0 means all robots.
+    """
     config, values = machine.config, call.values
     wanted = (call.designated,) if call.designated else range(1, ROBOTS + 1)
     indices = [index for robot in wanted for index in config.axes_of(robot)]
@@ -134,7 +137,7 @@ def servo_on(machine: Machine, call: Call) -> Execution:
 
 @act(0x035, 0x036)
 def release(machine: Machine, call: Call) -> None:
-    """Switch servos OFF, with brakes or free (4.2.13); movements of these axes end."""
+    """Switch servos OFF, with brakes applied or free (4.2.13); movements of these axes end."""
     indices = call.indices or call.arm.indices
     machine.halt_axes(indices, machine.config.servo_off_alarm)
     machine.servos.set(indices, BRAKE if call.code == _OFF else FREE)
@@ -157,7 +160,7 @@ def motor_power_on(machine: Machine, call: Call) -> Execution:
 
 
 def _return_to_origin(machine: Machine, call: Call, chosen: Sequence[int]) -> Execution:
-    """Start a return-to-origin in the order of SI(17): absolute axes first, no mark method axes."""
+    """Start a return-to-origin: first absolute axes, then other axes, but no mark method axes."""
     config = machine.config
     for robot in range(1, ROBOTS + 1):
         arm = machine.arm(robot)
@@ -176,7 +179,7 @@ def _return_to_origin(machine: Machine, call: Call, chosen: Sequence[int]) -> Ex
 
 
 class _Returning(Execution):
-    """A return-to-origin under way; it ends when all groups of axes have arrived."""
+    """A running return-to-origin command; it ends when all groups of axes have arrived."""
 
     def __init__(self, machine: Machine, groups: list[tuple[int, ...]]) -> None:
         run = machine.return_to_origin(groups, by_command=True) if groups else None
@@ -196,7 +199,7 @@ def _mark_axis(call: Call) -> int:
 
 
 def _check_power(machine: Machine) -> None:
-    """Raise CommandError in emergency stop, at a serious alarm, or without main power."""
+    """Raise CommandError if an emergency stop, a serious alarm or no main power blocks servo ON."""
     if machine.emergency:
         raise CommandError(EMERGENCY_STOP)
     if not machine.may_switch_servo_on():
@@ -205,7 +208,7 @@ def _check_power(machine: Machine) -> None:
 
 
 class _SwitchOn(Execution):
-    """A servo ON under way: motor power and some servos are ON after `servo_on_delay`."""
+    """A running command that switches motor power and servos ON after `servo_on_delay`."""
 
     def __init__(self, machine: Machine, indices: Sequence[int]) -> None:
         self._indices = indices

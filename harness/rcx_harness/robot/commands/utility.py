@@ -12,7 +12,7 @@ from rcx_harness.robot.machine import Machine
 
 @act(0x602)
 def set_date(machine: Machine, call: Call) -> None:
-    """Set the date (4.8.1), if the day exists."""
+    """Set the date (4.8.1); end with an alarm if the date does not exist."""
     values = call.values
     try:
         machine.data.clock.set_date(machine.now_us, values["year"], values["month"], values["day"])
@@ -22,7 +22,7 @@ def set_date(machine: Machine, call: Call) -> None:
 
 @act(0x603)
 def set_time(machine: Machine, call: Call) -> None:
-    """Set the time (4.8.2)."""
+    """Set the time of the controller's clock (4.8.2)."""
     hour, minute, second = (call.values[name] for name in ("hour", "minute", "second"))
     machine.data.clock.set_time(machine.now_us, hour, minute, second)
 
@@ -37,7 +37,7 @@ def reset_alarm(machine: Machine, call: Call) -> None:
 
 @act(0x605)
 def reset_motor_data(machine: Machine, call: Call) -> None:
-    """Reset one kind of accumulated data of one motor or of all (4.8.4)."""
+    """Reset one kind of accumulated data of one motor or of all motors (4.8.4)."""
     config = machine.config
     of_all = config.motor_data_of_all_robots
     motors = range(len(config.axes)) if of_all else call.arm.indices
@@ -60,7 +60,7 @@ def reset_all_data(machine: Machine, call: Call) -> None:
 
 @act(0x701)
 def define(machine: Machine, call: Call) -> None:
-    """Define the content of a word (4.9.1)."""
+    """Define the content of a word of the real time output (4.9.1)."""
     values = call.values
     definition = Definition(values["item"], values["option1"], values["option2"])
     if not definition.sound(machine.config):
@@ -70,7 +70,7 @@ def define(machine: Machine, call: Call) -> None:
 
 @act(0x702)
 def read_definition(machine: Machine, call: Call) -> Response:
-    """Return the definition of a word (4.9.2); item 0 if it has none."""
+    """Return the definition of a word of the real time output (4.9.2); item 0: not defined."""
     word = call.values["output_word"]
     definition = machine.data.real_time.definitions.get(word, Definition())
     return {"output_word": word, **asdict(definition)}
@@ -78,5 +78,5 @@ def read_definition(machine: Machine, call: Call) -> Response:
 
 @act(0x703)
 def enable(machine: Machine, call: Call) -> None:
-    """Start or stop the output of the defined words (4.9.3)."""
+    """Start or stop the real time output of the defined words (4.9.3)."""
     machine.data.real_time.enable(bool(call.values["enabled"]))

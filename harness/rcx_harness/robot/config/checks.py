@@ -45,13 +45,13 @@ __all__ = [
     "shown",
 ]
 
-#: Hint that shows how to write a work area.
+#: The hint of a message, with an example of a work area.
 AREA_HINT = "Feeder = [[100, 200], [180, 260]], two corners X, Y or X, Y, Z in mm"
 _LONGEST_NAME = 40
-#: The keys of stored data.
+#: The keys of a robot file that contain stored data.
 STORED = ("points", "comments", "pallets", "shifts", "hands", "variables", "parameters")
 
-#: A robot program's name, as remote commands can carry it (guide 4.6.1).
+#: The pattern of program names that fit into a remote command (guide, 4.6.1).
 _NAME = re.compile("[A-Z0-9_]+")
 CHOICES = {
     "size": AREA_SIZES,
@@ -93,25 +93,25 @@ RANGES = {
     "tcounter_ms": (1, 1000),
 }
 _PROGRAMS = 100
-#: Item numbers of the real time output (guide, 4.9.1).
+#: The allowed item numbers of the real time output (guide, 4.9.1).
 _ITEMS = range(1, 46)
 _SLOTS = 4
-#: Keys of alarms that can be empty, so that no alarm is raised.
+#: Keys of alarms that may be empty. An empty key means that no alarm is raised.
 _NO_ALARM = ("power_on_alarm", "main_power_alarm", "undefined_data_alarm")
-#: Allowed values of a key with one alarm, and of a key with several alarms.
+#: The texts of hints: allowed values of a key with one alarm, and of a key with several alarms.
 _ALARMS = ('group and category as "12.600"', 'a list of alarms as ["12.600"]')
 _POSITIVE = ("pulses_per_mm", "max_speed", "max_acceleration")
 _INT32 = (-(2**31), 2**31 - 1)
-#: The smallest allowed number above 0, and the largest allowed number (a year in milliseconds).
+#: The limits of a positive number. The largest number is a year in milliseconds.
 _LEAST, _MOST = 1e-6, 365 * 86_400_000
-#: Limit of a value in a message [characters].
+#: Greatest length of a value in a message [characters].
 _SHOWN = 80
 
 
 def check_value(key: str, declared: str, value: Any) -> None:
-    """Raise InputError if the key cannot have the value.
+    """Raise InputError if the value is not allowed for the key of a robot file.
 
-    `declared` is the text of the field's annotation.
+    `declared` is the text of the field's type annotation.
     """
     if key == "robot" and declared != "int":
         _check_models(key, value)
@@ -171,7 +171,7 @@ def _check_areas(key: str, value: Any) -> None:
 
 
 def check_stored(key: str, value: Any, axes: int) -> None:
-    """Raise InputError for stored data that no controller could have."""
+    """Raise InputError if the stored data of a robot file are invalid."""
     seen: set[int | None] = set()
     for number, entry in value.items():
         if key == "variables":
@@ -197,19 +197,19 @@ def check_stored(key: str, value: Any, axes: int) -> None:
 
 
 def check_programs(programs: Any, size: int, plain: str) -> None:
-    """Raise InputError for programs that are impossible on areas of `size` bytes.
+    """Raise InputError if a program is invalid for areas of `size` bytes.
 
     Args:
         programs: RobotProgram objects.
-        size: 48 or 256.
-        plain: The key `plain_variables`.
+        size: Number of bytes of each area, 48 or 256.
+        plain: Type of variables without a type character, from the key `plain_variables`.
     """
     seen = set[str]()
     for program in programs:
         _expect_steps(program.steps)
         named = isinstance(program.name, str) and _NAME.fullmatch(program.name) is not None
         _expect(named, "name", program.name, "upper case letters, digits and _")
-        if program.name in seen and program.name != type(program).name:  # not by default
+        if program.name in seen and program.name != type(program).name:  # not the default
             raise same_name(program.name)
         seen.add(program.name)
     names = [program.name for program in programs]
@@ -235,7 +235,7 @@ def same_name(name: str) -> InputError:
 
 
 def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
-    """Return group and category of an alarm number.
+    """Return the group and the category of an alarm number.
 
     Raises:
         InputError: the text is not an alarm number like `"12.600"`.
@@ -248,13 +248,13 @@ def alarm_code(number: Any, key: str = "alarm") -> tuple[int, int]:
 
 
 def _expect(condition: bool, key: str, value: Any, allowed: str) -> None:
-    """Raise InputError for the value of a key unless the condition holds."""
+    """Raise InputError for the value of a key if the condition `holds` is false."""
     if not condition:
         raise InputError(f"'{key}' cannot be {shown(value)}", hint=f"use {allowed}")
 
 
 def shown(value: Any) -> str:
-    """Return a value for a message, shortened if it is long."""
+    """Return the text of a value for a message; a long text is shortened."""
     try:
         text = repr(value)
     except ValueError:  # Python refuses to print integers with more than 4300 digits

@@ -35,15 +35,16 @@ __all__ = [
     "RobotProgram",
 ]
 
-#: Milliseconds, fixed or as (shortest, longest); a range is drawn from the seed each time.
+#: A delay in milliseconds: a fixed number, or a range (shortest, longest). A range is drawn anew
+#: from the seed for each delay.
 Delay = float | tuple[float, float]
-#: X, Y and optionally Z [mm].
+#: A corner of a work area: X, Y and optionally Z [mm].
 Corner = tuple[float, ...]
 
 
 @dataclass(frozen=True)
 class Axis:
-    """One axis. `pulses_per_mm` is per degree for a rotating axis; speeds are in pulses.
+    """One axis. For a rotating axis, `pulses_per_mm` is per degree. Speeds are in pulses/s.
 
     `max_acceleration` is the acceleration without a load, if the robot has a model.
 
@@ -55,7 +56,7 @@ class Axis:
     type: str = "absolute"
     origin_method: str = "sensor"
     pulses_per_mm: float = 1000.0
-    zero: int = 0  # where it is at 0 mm or 0 degrees [pulses]
+    zero: int = 0  # position at 0 mm or 0 degrees [pulses]
     max_speed: float = 1_000_000.0  # [pulses/s]
     max_acceleration: float = 5_000_000.0  # [pulses/s^2]
     soft_low: int = -1_000_000  # [pulses]
@@ -63,8 +64,8 @@ class Axis:
     start: int = 0  # position at power-on [pulses]
     motor_rotation: int = 16384  # [pulses per rotation of the motor]
     robot_type: int = 2000  # number of the robot's type; 2000 is a YK250X
-    holding_torque: int = 0  # with servo on and without movement [% of the maximum torque]
-    moving_torque: int = 10  # added during a movement, in its direction [% of the maximum torque]
+    holding_torque: int = 0  # torque at rest with the servo on [% of the maximum]
+    moving_torque: int = 10  # extra torque in a movement, in its direction [% of the maximum]
     rated_torque: int = 20  # [% of the maximum torque]
     workpiece: int | None = None  # position of a workpiece that stops PUSH [pulses]
 
@@ -73,8 +74,8 @@ class Axis:
 class RobotProgram:
     """A robot program: a text in the robot language, `steps` in it, or a `duration` in ms.
 
-    Steps and durations begin again at their end if `loop` is set. A text does not begin again.
-    `file` is the file of the text (.PGM), relative to the robot file.
+    If `loop` is set, steps and durations are repeated. A text is never repeated. `file` is the file
+    of the text (.PGM), relative to the robot file.
 
     `path` and `offset` are not keys of a robot file; `RobotConfig.load` sets them. `path` is the
     absolute path of the file with the text (.PGM or .ALL), and `offset` the number of lines of that
@@ -92,7 +93,7 @@ class RobotProgram:
 
     @property
     def has_code(self) -> bool:
-        """Return whether it executes statements instead of only taking time."""
+        """Return whether the program has statements; a program with only a duration has none."""
         return bool(self.steps or self.text)
 
     @property
@@ -101,7 +102,7 @@ class RobotProgram:
         return self.loop and not self.text
 
 
-#: Default axes, of two types, so that both inputs of a return-to-origin have an effect.
+#: The default axes. They have two types, so that both inputs for a return-to-origin have an effect.
 _AXES = (Axis(), Axis(), Axis(type="incremental"), Axis(type="incremental"))
 
 
@@ -110,11 +111,11 @@ class Robot:
     """Size of the areas, axes and programs."""
 
     size: int = SIZE
-    robot: tuple[str, ...] = ()  # models of robots 1, 2 ...; a single one may be a text
+    robot: tuple[str, ...] = ()  # models of robots 1, 2 ...; a text if there is only one
     axes: tuple[Axis, ...] = _AXES
     scara_robots: tuple[int, ...] = (1, 2, 3, 4)
     programs: tuple[RobotProgram, ...] = (RobotProgram(),)
-    # Two opposite corners by name [mm]; drawn in charts only.
+    # Two opposite corners of each area by its name [mm]; the areas are only drawn in charts.
     work_areas: Mapping[str, tuple[Corner, Corner]] = field(default_factory=dict)
 
 
@@ -126,8 +127,8 @@ class StoredData:
     comments: Mapping[int, str] = field(default_factory=dict)
     pallets: Mapping[int, Pallet] = field(default_factory=dict)
     shifts: Mapping[int, Shift] = field(default_factory=dict)
-    hands: Mapping[tuple[int, int], Hand] = field(default_factory=dict)  # by robot and number
-    variables: Mapping[str, float] = field(default_factory=dict)  # by SGI5, SGR5
+    hands: Mapping[tuple[int, int], Hand] = field(default_factory=dict)  # by robot and hand number
+    variables: Mapping[str, float] = field(default_factory=dict)  # by name, such as SGI5 or SGR5
     parameters: Mapping[str, int | tuple[int, ...]] = field(default_factory=dict)
     comment_filler: str = "zeros"  # zeros, spaces
     real_to_integer: str = "round"  # round, truncate
@@ -139,7 +140,7 @@ class StoredData:
 class PowerAndLink:
     """State at power-on, state of the surroundings, and effects of a loss of power or link."""
 
-    booted: bool = True  # at time 0; boot_time counts from then on
+    booted: bool = True  # whether the power is on at time 0, where boot_time begins
     auto_mode: bool = True
     pendant_authority: bool = False
     safety_disables_inputs: bool = False
@@ -147,14 +148,14 @@ class PowerAndLink:
     program_is_reset: bool = False
     sequence_program: bool = True
     parallel_io: str = "none"  # none, valid, invalid
-    parallel_stop: bool = True  # DI06 is ON
+    parallel_stop: bool = True  # whether the stop input DI06 is ON
     ip_address: str = "set"  # set, none, duplicate
     idle_header: str = "loss"  # loss, hold
     loss_clears_inputs: bool = True
     power_loses_origin: bool = True
     power_loses_settings: bool = False
     power_clears_internal_outputs: bool = True
-    power_clears_variables: bool = False  # SGI0 to SGI31, SGR0 to SGR31
+    power_clears_variables: bool = False  # whether SGI0 to SGI31, SGR0 to SGR31 are cleared
 
 
 @dataclass(frozen=True)
@@ -215,10 +216,10 @@ class Programs:
     program_words_between_commands: bool = True
     waiting_is_standby: bool = True
     program_info_while_running: bool = True
-    program_statements: int = 100  # most statements of a task in one controller cycle
-    program_stack: int = 20  # nested GOSUB and CALL at most
-    plain_variables: str = "real"  # variables without %, ! or $: real, integer
-    tcounter_ms: int = 1  # unit of the function TCOUNTER
+    program_statements: int = 100  # greatest number of statements of a task in a controller cycle
+    program_stack: int = 20  # greatest depth of nested GOSUB and CALL
+    plain_variables: str = "real"  # type of variables without %, ! or $: real or integer
+    tcounter_ms: int = 1  # unit of the function TCOUNTER [ms]
     program_error_stops_all: bool = True
     program_error_is_serious: bool = False
     name_filler: str = "spaces"  # zeros, spaces
@@ -248,7 +249,7 @@ class Motion:
     end_in_tolerance: bool = False
     jog_limit: str = "alarm"  # alarm, normal
     arch_zero_is_parameter: bool = False
-    outer_angle: float = 3.0  # lines and arcs end with an alarm if axis 2 is nearer to 0 [degree]
+    outer_angle: float = 3.0  # smallest angle of axis 2 on lines and arcs, else an alarm [degree]
     motion_during_program: bool = True
     servo_needs_motor_power: bool = True
     semi_absolute_is_incremental: bool = True
@@ -261,7 +262,7 @@ class References:
     unasked_positions_zero: bool = True
     position_flag_bit0: bool = True
     position_hand: bool = False
-    clock: str = "2014-01-01 10:59:59"  # at time 0
+    clock: str = "2014-01-01 10:59:59"  # date and time at time 0
     option_slots: tuple[int, ...] = (0x0401, 0x0100, 0, 0)
     ivy2_unit: int = 0
     newest_message_first: bool = True
@@ -317,7 +318,7 @@ class Alarms:
     undefined_point_alarm: str = "6.204"
     no_circle_alarm: str = "2.330"
     undefined_pallet_alarm: str = "6.236"
-    # undefined comments, shifts, hands, messages; empty: reading them returns 0 or nothing
+    # for undefined comments, shifts, hands, messages; empty: they read as 0 or nothing
     undefined_data_alarm: str = ""
     work_position_alarm: str = "6.283"
     point_unit_alarm: str = "6.205"
@@ -328,12 +329,12 @@ class Alarms:
     program_path_alarm: str = "5.997"
 
 
-#: The keys that are lists of tables, with the class of their tables.
+#: Maps each key that is a list of tables to the class of these tables.
 _TABLES: dict[str, type] = {"axes": Axis, "programs": RobotProgram}
 
 
 @dataclass(frozen=True)
-class RobotConfig(  # a dataclass takes the fields of its last base class first
+class RobotConfig(  # the field order of a dataclass begins with its last base class
     Alarms,
     References,
     Motion,
@@ -345,10 +346,10 @@ class RobotConfig(  # a dataclass takes the fields of its last base class first
     StoredData,
     Robot,
 ):
-    """A virtual controller's properties; immutable, shared between snapshots."""
+    """The properties of a virtual controller. They are immutable, so all snapshots share them."""
 
     def __post_init__(self) -> None:
-        """Raise InputError for values that no controller could have."""
+        """Raise InputError if a value is invalid."""
         if isinstance(self.robot, str):
             object.__setattr__(self, "robot", (self.robot,))
         if self.robot and self.axes is _AXES:
@@ -362,11 +363,11 @@ class RobotConfig(  # a dataclass takes the fields of its last base class first
         check_programs(self.programs, self.size, self.plain_variables)
 
     def __deepcopy__(self, memo: object) -> RobotConfig:
-        """Return the object itself: it never changes, which keeps snapshots cheap."""
+        """Return the object itself. It never changes, so a snapshot needs no copy."""
         return self
 
     def axes_of(self, robot: int) -> tuple[int, ...]:
-        """Return the indices into `axes` of robot 1 to 4; robot 0 is robot 1."""
+        """Return the indices into `axes` of the axes of robot 1 to 4; 0 means robot 1."""
         wanted = robot or 1
         return tuple(k for k, axis in enumerate(self.axes) if axis.robot == wanted)
 
@@ -383,7 +384,7 @@ class RobotConfig(  # a dataclass takes the fields of its last base class first
 
     @property
     def workpieces(self) -> Mapping[int, int]:
-        """Return the positions of the workpieces for PUSH: index into `axes` to pulses."""
+        """Return the positions of the workpieces for PUSH [pulses], by the index into `axes`."""
         given = ((index, axis.workpiece) for index, axis in enumerate(self.axes))
         return {index: place for index, place in given if place is not None}
 
@@ -403,12 +404,12 @@ class RobotConfig(  # a dataclass takes the fields of its last base class first
 
 @lru_cache(maxsize=64)
 def _loaded(file: Path, text: str) -> RobotConfig:
-    """Return the properties in the text of a file; cached, because they never change."""
+    """Return the properties from the text of a robot file; cached, because they never change."""
     return _configured(file, parse_toml(text, file))
 
 
 def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
-    """Return the properties in the table of a robot file and in the files that it names."""
+    """Return the properties from the table of a robot file and from the files that it names."""
     others = brought(file, table)
     if others.programs:
         table["programs"] = list(others.programs)
@@ -434,13 +435,13 @@ def _configured(file: Path, table: dict[str, Any]) -> RobotConfig:
 
 
 def _placed(program: RobotProgram, others: Brought) -> RobotProgram:
-    """Return a program with `path` and `offset` of its text if it is in a separate file."""
+    """Return the program; if its text is in a separate file, with `path` and `offset` set."""
     path, offset = others.places.get(program.name, ("", 0))
     return replace(program, path=path, offset=offset) if path else program
 
 
 def _with_models(table: Mapping[str, Any]) -> dict[str, Any]:
-    """Return a table with the `[[axes]]` of its models, changed by its own `[[axes]]`."""
+    """Return a copy of the table whose `[[axes]]` are completed from the robot models."""
     names, axes = table.get("robot", ()), table.get("axes", [])
     names = [names] if isinstance(names, str) else names
     check_value("robot", "models", tuple(names) if isinstance(names, list) else names)
@@ -450,5 +451,5 @@ def _with_models(table: Mapping[str, Any]) -> dict[str, Any]:
     return {**table, "robot": names, "axes": merged(names, axes)}
 
 
-#: The sections in the order of their fields.
+#: The sections of the properties, in the order of their fields.
 SECTIONS: tuple[type, ...] = tuple(reversed(RobotConfig.__bases__))

@@ -36,18 +36,20 @@ NO_KEY = MappingProxyType({"key": False})
 
 _SCALE = {"mm": 1000, "pulses": 1}
 _UNITS = {"mm": "numbers in mm", "pulses": "whole numbers in pulses"}
-#: Limit of a key in a message [characters], and the end of a shortened key.
+#: Greatest length of a key in a message [characters], and the end of a shortened key.
 _SHOWN, _CUT = 40, "..."
-#: Default limit of numbers in keys; larger than the number of any stored data.
+#: Default limit of numbers in keys such as `points.19`. It is larger than the number of any stored
+#: data.
 _MANY = 100_000
-#: Larger than any number on the wire.
+#: Greatest number in stored data, before the check of its range. It is larger than any number on
+#: the wire.
 _MOST = 2**32
 
 
 def read_value(kind: type[Any], key: str, value: Any, tables: Mapping[str, type[Any]]) -> Any:
     """Convert a TOML value to the type of the field `key` of the data class `kind`.
 
-    `tables` are the classes of the keys that are lists of tables.
+    `tables` maps each key that is a list of tables to the class of these tables.
     """
     check_keys([key], [entry.name for entry in fields(kind)])
     if key in tables:
@@ -97,7 +99,7 @@ def _areas(key: str, value: Any) -> dict[str, Any]:
 
 
 def _stored(key: str, value: Any) -> dict[Any, Any]:
-    """Convert one of the STORED keys of a robot file to its form in RobotConfig."""
+    """Convert the value of a stored data key of a robot file to its type in RobotConfig."""
     tables = {"points": "[points.19]", "pallets": "[pallets.10]", "hands": "[hands.1]"}
     if not isinstance(value, dict):
         kind = "tables" if key in tables else "a table"

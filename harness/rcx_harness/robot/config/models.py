@@ -1,4 +1,4 @@
-"""The axes of the robot models in a robot file, from the figures in spec/robots.toml."""
+"""The axes of the robot models that a robot file names, from the data in spec/robots.toml."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ __all__ = ["axis_keys", "merged", "model_of"]
 
 
 def model_of(name: str) -> RobotModel:
-    """Return the model of that name."""
+    """Return the robot model with this name; raise InputError if the name is unknown."""
     check_value("robot", "models", name)
     return robot_models()[name]
 
 
 def axis_keys(name: str, robot: int) -> list[dict[str, Any]]:
-    """Return the keys of each axis of a model as robot number `robot`, without a load."""
+    """Return an `[[axes]]` table for each axis of a model as robot `robot`, without a load."""
     model = model_of(name)
     return [
         {
@@ -35,10 +35,11 @@ def axis_keys(name: str, robot: int) -> list[dict[str, Any]]:
 
 
 def merged(names: Sequence[str], given: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return the keys of all axes: those of the models, changed by `[[axes]]` of a robot file.
+    """Return the `[[axes]]` tables of the models, changed by the `[[axes]]` of a robot file.
 
-    The first table of a robot belongs to its axis 1, and so on; a table beyond the axes of its
-    model adds an axis. The model of robot 1 is the first name.
+    The first table of a robot in the file changes axis 1 of its model, the second table axis 2, and
+    so on. A table beyond the axes of the model adds an axis. The first name is the model of robot
+    1.
     """
     axes = [keys for robot, name in enumerate(names, 1) for keys in axis_keys(name, robot)]
     own = {robot: [k for k, keys in enumerate(axes) if keys["robot"] == robot]

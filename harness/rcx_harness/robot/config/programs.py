@@ -1,4 +1,4 @@
-"""The separate files that a robot file names: programs (.PGM) and all data (.ALL)."""
+"""The separate files that a robot file names: programs (.PGM) and files with all data (.ALL)."""
 
 from __future__ import annotations
 
@@ -28,9 +28,10 @@ class Brought:
     Attributes:
         programs: The entries of `[[programs]]` with the texts of their files.
         data: Stored data by their keys of RobotConfig.
-        places: By name of the program, the absolute path of its file and the number of lines of
-            that file before the program.
-        parameters: Values by parameter, then by robot or axis of the controller (from 1; 0: all).
+        places: Maps the name of a program to the absolute path of its file, and to the number of
+            lines of that file before the program.
+        parameters: Maps a parameter to its values by robot or axis of the controller (from 1; 0:
+            all robots or axes).
     """
 
     programs: tuple[Mapping[str, Any], ...] = ()
@@ -39,9 +40,9 @@ class Brought:
     parameters: Mapping[str, Mapping[int, int]] = field(default_factory=dict)
 
     def listed(self, axes: int) -> dict[str, tuple[int, ...]]:
-        """Return the parameters with one value for each of the axes, or for each robot.
+        """Return the parameters, each with one value for each axis or for each robot.
 
-        Values that the file does not have are the factory values.
+        If a value is missing in the file, the factory value is used.
         """
         listed = {}
         for name, given in self.parameters.items():
@@ -57,7 +58,7 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
     """Read the files that a robot file names, and remove `data_file` from `table`.
 
     Raises:
-        InputError: a file cannot be read, or has an error; the first error is raised.
+        InputError: a file cannot be read, or contains an error. Only the first error is raised.
     """
     own = table.get("programs", [])
     own = own if isinstance(own, list) and all(isinstance(one, dict) for one in own) else []
@@ -87,7 +88,7 @@ def brought(file: Path, table: dict[str, Any]) -> Brought:
 
 
 def named_by(file: Path) -> list[Path]:
-    """Return the files that a robot file names: programs (.PGM) and data of a controller (.ALL).
+    """Return the paths of the files that a robot file names: programs (.PGM) and data (.ALL).
 
     Raises:
         InputError: the robot file cannot be read.
@@ -114,7 +115,7 @@ def _with_text(file: Path, entry: dict[str, Any]) -> dict[str, Any]:
 
 
 def _check(path: Path, text: str, offset: int = 0) -> None:
-    """Raise the first error of a program that begins in line `offset` + 1 of a file."""
+    """Raise the first error of a program. The program begins in line `offset` + 1 of its file."""
     _, errors = read_program(text, path)
     if errors:
         error = errors[0]

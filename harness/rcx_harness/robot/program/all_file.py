@@ -43,7 +43,7 @@ _SCALE = 1000
 
 @dataclass(frozen=True)
 class Source:
-    """A program in the file: its name, its text, and the file's line before its first line."""
+    """A program in the file: its name, its text, and the number of lines of the file before it."""
 
     name: str
     text: str
@@ -62,7 +62,8 @@ class AllFile:
         hands: Hands by robot (always 1) and number.
         pallets: Pallets by number.
         variables: SGI and SGR by name.
-        parameters: Values by name, then by robot or axis of the controller (from 1; 0: all).
+        parameters: Maps the name of a parameter to its values by robot or axis of the controller
+            (from 1; 0: all robots or axes).
         passed_over: Sections that were not read, and lines with their numbers.
     """
 
@@ -105,7 +106,7 @@ def read_all(path: Path) -> AllFile:
 
 
 def _sections(lines: list[str]) -> Iterator[tuple[str, int, int]]:
-    """Yield the name, the first line and the line after the last line of each section."""
+    """Yield the name, the index of the first line and the end index of each section."""
     heads = [
         (k, match[1].upper()) for k, text in enumerate(lines, 1) if (match := _SECTION.match(text))
     ]
@@ -118,7 +119,7 @@ Body = list[tuple[int, str]]
 
 
 def _programs(body: Body, content: AllFile) -> None:
-    """Read `NAME=MAIN`, and the lines of the program that follow."""
+    """Read the programs of a section: a line such as `NAME=MAIN`, then the program's lines."""
     heads = [(k, match[1]) for k, (_, text) in enumerate(body) if (match := _NAME.match(text))]
     ends = [*(k for k, _ in heads[1:]), len(body)][: len(heads)]
     for (k, name), end in zip(heads, ends, strict=True):
@@ -132,7 +133,7 @@ def _programs(body: Body, content: AllFile) -> None:
 def _entries(
     kind: str, store: Callable[[int, str, AllFile], bool]
 ) -> Callable[[Body, AllFile], None]:
-    """Return the reader of a section with lines such as `P1 = 100.00 50.00 ...`."""
+    """Return a function that reads a section with lines such as `P1 = 100.00 50.00 ...`."""
 
     def read(body: Body, content: AllFile) -> None:
         for number, text in body:
@@ -157,7 +158,7 @@ def _point(number: int, text: str, content: AllFile) -> bool:
 
 
 def data_point(text: str) -> Point | None:
-    """Return a point from its numbers; with a decimal point they are mm, else pulses."""
+    """Return a point from its numbers. Numbers with a decimal point are in mm, others in pulses."""
     values = _values(text)
     if values is None or not 1 <= len(values) <= AXES + 3:
         return None
@@ -205,7 +206,7 @@ def _variables(body: Body, content: AllFile) -> None:
 
 
 def _pallets(body: Body, content: AllFile) -> None:
-    """Read `PL0`, then `NX=3`, `NY=4`, `NZ=2` and `PLP=3996`, the number of the first point."""
+    """Read the pallets: `PL0`, then `NX=3`, `NY=4`, `NZ=2`, and the first point as `PLP=3996`."""
     number, parts = -1, dict[str, int]()
     for line, text in [*body, (0, "PL0")]:
         if head := _PALLET.match(text):
@@ -222,9 +223,9 @@ def _pallets(body: Body, content: AllFile) -> None:
 
 
 def _parameters(body: Body, content: AllFile) -> None:
-    """Read `/ACCEL/`, then `A1=80` for an axis or `R1=2` for a robot; or `ACCEL(1)=80`.
+    """Read parameters: `/ACCEL/`, then `A1=80` (an axis) or `R1=2` (a robot); or `ACCEL(1)=80`.
 
-    The parameters of the remote command guide (4.4.2) are read, all others are skipped.
+    Only the parameters of the remote command guide (4.4.2) are read. All others are skipped.
     """
     label, known = "", parameter_ranges()
     for number, text in body:

@@ -11,7 +11,7 @@ from structured_text.errors import InputError
 
 __all__ = ["Line", "link"]
 
-#: The statement that ends each kind of block.
+#: Maps each kind of block to the statement that ends it.
 _ENDS = {
     "IF": "ENDIF",
     "FOR": "NEXT",
@@ -24,7 +24,7 @@ _LABELLED = ("goto", "gosub", "on_error", "resume_at")
 
 @dataclass(frozen=True)
 class Line:
-    """One statement: its line number, its label, and the statement itself, or None."""
+    """One statement of a program: its line number, its label, and its node (None: only a label)."""
 
     number: int
     label: str = ""
@@ -33,7 +33,7 @@ class Line:
 
 @dataclass
 class _Block:
-    """A block that has begun and has not ended yet.
+    """A block, such as IF or FOR, whose end has not been read yet.
 
     Attributes:
         kind: IF, FOR, WHILE, SELECT or SUB.
@@ -42,7 +42,7 @@ class _Block:
         test: Position of the condition that jumps to the next branch or to the end of the block;
             -1: none.
         exits: Positions of the jumps to the end of the block.
-        name: Variable of FOR, hidden variable of SELECT, or name of SUB.
+        name: The variable of FOR, the hidden variable of SELECT, or the name of SUB.
     """
 
     kind: str
@@ -56,7 +56,7 @@ class _Block:
 def link(
     lines: Sequence[Line], texts: tuple[str, ...], *, integers: bool, shared: bool
 ) -> tuple[Program, list[tuple[int, InputError]]]:
-    """Return the program of these statements, and all errors with their line numbers."""
+    """Link statements to a program; return the program and all errors with their line numbers."""
     linker = _Linker()
     for line in lines:
         linker.add(line)
@@ -68,7 +68,7 @@ def link(
 
 
 class _Linker:
-    """The code that has been linked so far."""
+    """Links statements to code, one after the other."""
 
     def __init__(self) -> None:
         self.code: list[Instruction] = []
@@ -85,8 +85,8 @@ class _Linker:
             if line.label in self.labels:
                 self._error(f"the label {line.label} occurs twice", "rename one of them")
             if line.statement is None:
-                # a jump continues after this instruction, because a label alone is not a line to
-                # execute
+                # A jump continues after the label's instruction, because a label alone is not a
+                # line that is executed.
                 self._emit("label")
             self.labels[line.label] = len(self.code)
         if line.statement is not None:
@@ -221,7 +221,7 @@ class _Linker:
     # --- all other statements ---
 
     def _moves(self, node: Node) -> None:
-        """Emit one movement for each target; only the last one has CONT."""
+        """Add an instruction for each target of a movement; only the last instruction has CONT."""
         robot, kind, *items = node.args
         targets = [one for one in items if one.kind in ("point", "data")]
         options = [one for one in items if one.kind not in ("point", "data")]
@@ -260,7 +260,7 @@ class _Linker:
         return self._blocks[-1]
 
     def _within(self, word: str, kind: str) -> _Block | None:
-        """Return the innermost block; report an error if it is not of that kind."""
+        """Return the innermost open block; report an error if the block is of another kind."""
         if self._blocks and self._blocks[-1].kind == kind:
             return self._blocks[-1]
         open_ = self._blocks[-1] if self._blocks else None
@@ -299,7 +299,7 @@ class _Linker:
         return self.labels[label]
 
     def _check_recursion(self) -> None:
-        """Report each SUB that calls itself, directly or through others."""
+        """Report each SUB that calls itself, directly or through another SUB."""
         calls = {name: set(self._calls_of(sub)) for name, sub in self.subs.items()}
         for name, sub in self.subs.items():
             reached: set[str] = set()

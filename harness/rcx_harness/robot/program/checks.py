@@ -10,7 +10,7 @@ from structured_text.errors import InputError
 
 __all__ = ["endless_loops", "problems"]
 
-#: Kinds of instructions that take time.
+#: The kinds of instructions that take time, so that the controller cycle ends.
 _TAKES_TIME = ("delay", "duration", "wait", "wait_arm", "servo", "motor", "origin", "hold",
                "hold_all", "halt", "halt_all", "exit_task", *MOVES)  # fmt: skip
 _BRANCHES = ("unless", "case", "for_test", "goto", "jump", "leave")
@@ -19,12 +19,12 @@ _OF_PATHS = ("S", "SPEED", "DSPEED", "VEL", "ACC", "DEC")
 
 
 def problems(program: Program, size: int, programs: Collection[str] = ()) -> list[InputError]:
-    """Return the errors that do not depend on the run, in the order of the lines.
+    """Return the errors that can be found without running the program, in the order of the lines.
 
     Args:
         program: The program.
         size: Number of bytes of the areas, 48 or 256.
-        programs: Names of all programs of the controller; empty: not known.
+        programs: Names of all programs of the controller; empty if they are unknown.
     """
     found = []
     for one in program.code:
@@ -38,7 +38,7 @@ def problems(program: Program, size: int, programs: Collection[str] = ()) -> lis
 
 
 def endless_loops(program: Program) -> list[int]:
-    """Return the first lines of endless loops without an instruction that takes time.
+    """Return the first line of each endless loop that has no instruction that takes time.
 
     Such a loop uses up the statements of every controller cycle.
     """
@@ -115,7 +115,7 @@ def _options(one: Instruction) -> Iterator[InputError]:
 
 
 def _switches(one: Instruction) -> Iterator[InputError]:
-    """Check the words of SERVO and MOTOR; the grammar does not distinguish the two statements."""
+    """Check the words after SERVO and MOTOR, because the grammar permits all words for both."""
     if one.kind == "servo" and one.args[1] == "PWR":
         yield InputError("SERVO PWR does not exist", hint="write MOTOR PWR")
     if one.kind == "motor" and one.args[0] == "FREE":

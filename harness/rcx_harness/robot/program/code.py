@@ -1,4 +1,4 @@
-"""The code of the programs of a robot file, which are a text, steps or a duration."""
+"""The translation of a robot file's programs to code. A program is a text, steps or a duration."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["in_program", "program_code"]
 
 
 class Given(Protocol):
-    """A program of a robot file; see RobotProgram."""
+    """The properties of a robot file's program that this module uses; see RobotProgram."""
 
     @property
     def duration(self) -> float:
@@ -22,11 +22,11 @@ class Given(Protocol):
 
     @property
     def steps(self) -> tuple[str, ...]:
-        """Return the steps of the program."""
+        """Return the steps of the program; empty for a text or a duration."""
 
     @property
     def file(self) -> str:
-        """Return the file of its text."""
+        """Return the path of the file that contains the program's text."""
 
     @property
     def text(self) -> str:
@@ -38,12 +38,12 @@ class Given(Protocol):
 
 
 def program_code(program: Given, plain: str) -> Program:
-    """Return the code of a program.
+    """Translate a program of a robot file to code.
 
     Args:
         program: The program.
-        plain: Type of variables without a type character, `integer` or `real`; in steps they always
-            are integers.
+        plain: Type of variables without a type character, `integer` or `real`. In steps these
+            variables are always integers.
 
     Raises:
         InputError: a line cannot be read.
@@ -60,7 +60,7 @@ def program_code(program: Given, plain: str) -> Program:
 
 
 def in_program(program: Given, error: InputError) -> InputError:
-    """Return the error with its place: the file or program and line, or the number of the step."""
+    """Return the error with its location: the file or program with the line, or the step number."""
     if program.text and program.file:
         return InputError(error.message, file=Path(program.file), line=error.line, hint=error.hint)
     if program.text:
@@ -80,7 +80,7 @@ def _text(text: str, integers: bool) -> Program:
 
 @cache
 def _steps(steps: tuple[str, ...]) -> Program:
-    """Return the code of steps; HALT ends all tasks, and all programs share integer variables."""
+    """Translate steps to code. HALT ends all tasks, and all programs share integer variables."""
     lines = ["HALTALL" if step.strip().upper() == "HALT" else step for step in steps]
     program, errors = read_lines(lines, integers=True, shared=True)
     if program is None:

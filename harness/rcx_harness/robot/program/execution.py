@@ -1,7 +1,7 @@
 """The execution of the instructions of a robot program, one function for each kind.
 
-A function returns NEXT, STAY (the task continues in this instruction in the next cycle), or the
-position of the next instruction. Movements are in `movements`.
+Each function returns NEXT, STAY (the task executes this instruction again in the next cycle), or
+the position of the next instruction. The module `movements` executes movements.
 """
 
 from __future__ import annotations
@@ -41,13 +41,13 @@ _MS = 1000
 
 @dataclass
 class Frame:
-    """A subroutine that has not returned yet.
+    """A call of a subroutine that has not returned yet.
 
     Attributes:
         back: Position of the instruction behind the call.
         variables: Variables of a SUB; None: a GOSUB, which has no variables of its own.
-        shared: Names that SHARED has taken from the main program.
-        references: Variables of the caller by the names of the parameters with REF.
+        shared: Names of variables that a SHARED statement shares with the main program.
+        references: Maps the name of each REF parameter to the variable of the caller.
     """
 
     back: int
@@ -58,7 +58,7 @@ class Frame:
 
 @dataclass(frozen=True)
 class Order:
-    """An order to a task: `what` is START, SUSPEND, RESTART or CUT.
+    """An order of a program to a task; `what` is START, SUSPEND, RESTART or CUT.
 
     Attributes:
         program: Name of the program, or its number (the position in the list of programs), or None.
@@ -73,7 +73,7 @@ class Order:
 
 
 class Running(MovingTask, Protocol):
-    """The task that executes an instruction; see RobotTask."""
+    """The properties of the executing task that the instructions use; see RobotTask."""
 
     until_us: int | None
     waits: bool
@@ -83,29 +83,32 @@ class Running(MovingTask, Protocol):
 
     @property
     def code(self) -> Program:
-        """Return the program."""
+        """Return the program of the task."""
 
     def passed_us(self, now_us: int) -> int:
-        """Return the time for which the program has run, without its stops [us]."""
+        """Return the time for which the program has run [us]; stops do not count."""
 
 
 class World(MovingWorld, Protocol):
-    """The parts of the controller on which the instructions act; see Programs."""
+    """The parts of the controller that the instructions use; see Programs."""
 
     def reset_counter(self) -> None:
-        """Begin TCOUNTER at 0."""
+        """Reset the counter of the function TCOUNTER to 0."""
 
     def pulse(self, place: Port, ms: int) -> None:
-        """Turn an output ON, and OFF again after `ms`."""
+        """Turn an output ON, and turn it OFF after `ms` milliseconds."""
 
     def order(self, task: Any, wanted: Order) -> None:
-        """Execute an order to a task."""
+        """Start, suspend, restart or cut a task, as the order says."""
 
     def end(self, task: Any, *, everything: bool) -> None:
-        """End the program of a task, or all programs."""
+        """End the program of the task; with `everything`, end all programs."""
 
     def hold(self, task: Any, *, everything: bool) -> None:
-        """Stop the program of a task, or all programs; the next start continues them."""
+        """Stop the program of the task; with `everything`, stop all programs.
+
+        The next start continues the stopped programs.
+        """
 
 
 def execute(one: Instruction, task: Running, world: World) -> int:
@@ -179,7 +182,7 @@ def _return(one: Instruction, task: Running, world: World) -> int:
         frame = task.frames[-1]
         task.frames = task.frames[:-1]
         return frame.back
-    if task.code.shared:  # in the steps of a robot file, such a RETURN ends the program
+    if task.code.shared:  # a RETURN without GOSUB ends a program of steps
         return len(task.code.code)
     raise CommandError(world.config.program_stack_alarm)
 
@@ -250,7 +253,7 @@ def _no_on_error(one: Instruction, task: Running, world: World) -> int:
 
 
 def _resume(one: Instruction, task: Running, world: World) -> int:
-    """Continue at the instruction with the error, after it, or at a label."""
+    """Execute RESUME: continue at the instruction with the error, after it, or at a label."""
     if task.error_at < 0:
         raise CommandError(world.config.program_stack_alarm)
     at, task.error_at = task.error_at, -1
@@ -348,7 +351,7 @@ def _delay(one: Instruction, task: Running, world: World) -> int:
 
 
 def _duration(one: Instruction, task: Running, world: World) -> int:
-    """Wait until the program has run for its duration."""
+    """Wait until the program has run for its configured duration."""
     task.until_us = one.args[0]
     return _until(task, task.passed_us(world.now_us))
 

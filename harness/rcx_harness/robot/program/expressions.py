@@ -31,7 +31,7 @@ _SCALE = 1000
 
 
 class Surroundings(Protocol):
-    """The parts of the controller that expressions read and assignments change; see Machine."""
+    """The parts of the controller that expressions read and assignments change; see Programs."""
 
     @property
     def config(self) -> RobotConfig:
@@ -47,11 +47,11 @@ class Surroundings(Protocol):
 
     @property
     def now_us(self) -> int:
-        """Return the time of this controller cycle [us]."""
+        """Return the time of the current controller cycle [us]."""
 
     @property
     def clock(self) -> datetime:
-        """Return date and time of the controller."""
+        """Return the date and the time of the controller."""
 
     @property
     def counted_us(self) -> int:
@@ -65,7 +65,7 @@ class Surroundings(Protocol):
 
 
 class Scope(Protocol):
-    """The state of one task, as far as expressions need it; see RobotTask."""
+    """The state of a task that expressions use; see RobotTask."""
 
     @property
     def integers(self) -> bool:
@@ -76,10 +76,10 @@ class Scope(Protocol):
         """Return alarm number and line of the last error that ON ERROR has handled."""
 
     def variable(self, name: str) -> Value | None:
-        """Return a variable, or None if it has no value yet."""
+        """Return the value of a variable; None if the variable has no value yet."""
 
     def assign_variable(self, name: str, value: Value) -> None:
-        """Assign a converted value to a variable."""
+        """Assign a value to a variable; the value already has the type of the variable."""
 
 
 def evaluate(node: Node, world: Surroundings, scope: Scope) -> Any:
@@ -135,7 +135,7 @@ def assign(target: Node, source: Node, world: Surroundings, scope: Scope) -> Non
 
 
 def write_ports(ports: tuple[Port, ...], value: int, world: Surroundings) -> None:
-    """Write a value to ports; if there are several bits, the first is the most significant."""
+    """Write a value to ports; of several bit ports, the first is the most significant bit."""
     for position, place in enumerate(reversed(ports)):
         world.ports.write(place, value >> position if len(ports) > 1 else value)
 
@@ -155,7 +155,7 @@ def _assign_variable(target: Node, value: Value, world: Surroundings, scope: Sco
 
 
 def number_of(value: Value, config: RobotConfig) -> int | float:
-    """Return a number as it is.
+    """Return the value if it is a number.
 
     Raises:
         CommandError: the value is a text or a point.
@@ -166,7 +166,7 @@ def number_of(value: Value, config: RobotConfig) -> int | float:
 
 
 def _key(name: str, indices: list[Node | None], world: Surroundings, scope: Scope) -> str:
-    """Return the name of a variable, or of one element of an array, such as `A%(3,1)`."""
+    """Return the name under which a variable or an array element is stored, such as `A%(3,1)`."""
     numbers = [integer(evaluate(one, world, scope), world.config) for one in indices if one]
     if not numbers:
         return name
@@ -400,7 +400,7 @@ def _coordinate(axis: int) -> Function:
 
 
 def _error_number(nodes: list[Node], world: Surroundings, scope: Scope) -> int:
-    """Return the alarm number of the last error: group * 65536 + category, as &HGGGGCCCC."""
+    """Return the number of the last error as group * 65536 + category (&HGGGGCCCC)."""
     error = _error(nodes, world, scope)
     if error is None:
         return 0
@@ -420,12 +420,12 @@ def _error(nodes: list[Node], world: Surroundings, scope: Scope) -> tuple[str, i
 
 
 def _counter(nodes: list[Node], world: Surroundings, scope: Scope) -> int:
-    """Return a counter since power-on or RESET TCOUNTER; it wraps after 65535."""
+    """Return TCOUNTER, the count since power-on or RESET TCOUNTER; 65535 is followed by 0."""
     return world.counted_us // (1000 * world.config.tcounter_ms) % 65536
 
 
 def _timer(nodes: list[Node], world: Surroundings, scope: Scope) -> int:
-    """Return the seconds since midnight."""
+    """Return TIMER, the seconds since midnight."""
     now = world.clock
     return (now.hour * 60 + now.minute) * 60 + now.second
 

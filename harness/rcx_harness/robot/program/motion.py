@@ -1,7 +1,7 @@
 """The statements that move a robot or change its settings, translated to remote commands.
 
-The remote command guide defines the effect of these commands, so a statement and its command cannot
-differ. `Request` is such a command.
+The remote command guide defines the effect of each command. Because a statement is executed as a
+command (`Request`), its effect cannot differ from that of the command.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ _SPEEDS = {"S": _PERCENT, "SPEED": _PERCENT, "DSPEED": _DIRECT_SPEED, "VEL": _MM
 _ACCELERATIONS = {"ACC": "acceleration", "DEC": "deceleration"}
 _ARCHES = ("A1", "A2", "A3", "A4", "A5", "A6")
 
-#: Remote commands by statement and interpolation (guide, 4.2.1, 4.2.2, 4.2.21).
+#: Maps a statement and its interpolation to a remote command (guide, 4.2.1, 4.2.2, 4.2.21).
 _CODES = {
     ("move", "P"): 0x001,
     ("move", "L"): 0x003,
@@ -35,7 +35,7 @@ _CODES = {
     ("movet", "L"): 0x045,
 }
 _ARCH, _PALLET, _PALLET_ARCH = 0x002, 0x018, 0x019
-#: Remote commands for one axis: to a point, in mm, in pulses (guide, 4.2.3, 4.2.4, 4.2.23).
+#: The remote commands for one axis: to a point, in mm, in pulses (guide, 4.2.3, 4.2.4, 4.2.23).
 _AXIS_CODES = {
     "drive": (0x010, 0x012, 0x013),
     "drivei": (0x014, 0x016, 0x017),
@@ -43,7 +43,7 @@ _AXIS_CODES = {
 }
 
 
-#: PATH START has no remote command; the network cannot send this code.
+#: The code for PATH START, which has no remote command. A master cannot send this code.
 PATH_START = -1
 _POSITIONS, _DISTANCES = 0x007, 0x00F
 
@@ -54,8 +54,9 @@ class Way:
 
     Attributes:
         start: The start of the path [pulses].
-        parts: The points of each line or arc, and its speed and accelerations as in a Request.
-        ended: Whether PATH END has ended the definition.
+        parts: The points of each line or arc, and the fields of its speed and accelerations (see
+            Request).
+        ended: Whether PATH END has ended the definition of the path.
     """
 
     start: tuple[int, ...]
@@ -73,7 +74,7 @@ class Request:
 
 
 def request(one: Instruction, world: Surroundings, scope: Scope) -> Request:
-    """Return the remote command that does the same as a statement.
+    """Translate a statement to the remote command with the same effect.
 
     Raises:
         CommandError: an argument is invalid; the program gets the alarm with this number.
@@ -99,7 +100,7 @@ def _move(one: Instruction, world: Surroundings, scope: Scope) -> Request:
 def path_part(
     one: Instruction, world: Surroundings, scope: Scope
 ) -> tuple[tuple[Point, ...], Mapping[str, Any]]:
-    """Return the part that a PATH statement adds to a Way.
+    """Return the points and fields that a PATH statement adds to a Way.
 
     Raises:
         CommandError: a point is not defined, or an option is impossible.
@@ -134,7 +135,7 @@ def _axis(one: Instruction, world: Surroundings, scope: Scope) -> Request:
 
 
 def _axes(one: Instruction, pairs: Sequence[Node], world: Surroundings, scope: Scope) -> Request:
-    """Return the request of DRIVE or DRIVEI with several axes, which move together."""
+    """Return the command for DRIVE or DRIVEI with several axes, which move together."""
     robot, _, *options = one.args
     arm, relative = world.arm(robot), one.kind == "drivei"
     places, values = 0, [0] * AXES
@@ -193,7 +194,7 @@ def _origin(one: Instruction, world: Surroundings, scope: Scope) -> Request:
 
 
 def _select(code: int, field: str) -> Callable[[Instruction, Surroundings, Scope], Request]:
-    """Return the request of SHIFT or CHANGE, which name a shift or a hand."""
+    """Return the command for SHIFT or CHANGE, which select a shift or a hand."""
 
     def make(one: Instruction, world: Surroundings, scope: Scope) -> Request:
         robot, selected = one.args
@@ -204,7 +205,7 @@ def _select(code: int, field: str) -> Callable[[Instruction, Surroundings, Scope
 
 
 def _arm(arm: int | None) -> Callable[[Instruction, Surroundings, Scope], Request]:
-    """Return the request of RIGHTY, LEFTY or ARMSEL (None: the arm is an expression)."""
+    """Return the command for RIGHTY, LEFTY or ARMSEL; for ARMSEL, `arm` is None."""
 
     def make(one: Instruction, world: Surroundings, scope: Scope) -> Request:
         value = arm
@@ -234,7 +235,7 @@ _REQUESTS: dict[str, Callable[[Instruction, Surroundings, Scope], Request]] = {
 
 # --- statements that change settings ---
 
-#: By statement: the field of the robot's settings that contains the speed.
+#: Maps a statement to the field of the robot's settings that contains its speed.
 _SPEED_SETTINGS = {"SPEED": "program_speed", "ASPEED": "auto_speed"}
 
 
@@ -242,7 +243,7 @@ def change_parameter(one: Instruction, world: Surroundings, scope: Scope) -> Non
     """Execute SPEED, ASPEED or a statement that changes a parameter of a robot or of its axes.
 
     Raises:
-    CommandError: the axis does not exist, or the value is outside of its range.
+        CommandError: the axis does not exist, or the value is outside of its range.
     """
     name, robot, *rest = one.args
     value = integer(evaluate(rest[-1], world, scope), world.config)
@@ -275,7 +276,7 @@ def _check_range(value: int, low: float, high: float, world: Surroundings) -> No
 
 
 def _paced(options: Sequence[Node], world: Surroundings, scope: Scope) -> dict[str, Any]:
-    """Return the fields of speed, acceleration and deceleration; the last option counts."""
+    """Return the fields of speed, acceleration and deceleration; the last of each option counts."""
     values: dict[str, Any] = {"speed_mode": 0}
     for name, mode in _SPEEDS.items():
         given = _option(options, name, world, scope)
@@ -298,7 +299,7 @@ def _paced(options: Sequence[Node], world: Surroundings, scope: Scope) -> dict[s
 
 
 def _arch(options: Sequence[Node], world: Surroundings, scope: Scope) -> dict[str, Any]:
-    """Return the fields of an arch movement; none without an arch option (guide, 4.2.1)."""
+    """Return the fields of an arch movement (guide, 4.2.1); empty without an arch option."""
     arches = [one for one in options if one.kind == "option" and one.args[0] in _ARCHES]
     if not arches:
         return {}

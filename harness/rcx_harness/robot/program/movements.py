@@ -1,8 +1,8 @@
 """The execution of movements and of other statements that are remote commands.
 
-A movement begins when the previous movement permits it. Its options, such as outputs, act on the
-way. It ends when its axes are in the OUT position range. The functions return NEXT or STAY, as all
-functions of `execution` do.
+A movement begins when the previous movement permits it. Options, such as outputs, take effect
+during the movement. A movement ends when its axes are in the OUT position range. The functions
+return NEXT or STAY, like the functions of `execution`.
 """
 
 from __future__ import annotations
@@ -39,14 +39,14 @@ __all__ = [
 
 
 class Statement(Protocol):
-    """A remote command under way, which a statement executes."""
+    """A remote command that a statement of a program has begun."""
 
     def step(self, machine: Any) -> Mapping[str, Any] | None:
-        """Continue in this cycle; return a response once it has ended, else None."""
+        """Execute the command for one cycle; return its response at its end, else None."""
 
 
 class MovingTask(Scope, Protocol):
-    """The state of one task, as far as movements need it; see RobotTask."""
+    """The state of a task that movements use; see RobotTask."""
 
     at: int
     interrupted: bool
@@ -74,11 +74,11 @@ class MovingWorld(Surroundings, Protocol):
         """Execute a remote command at once, or begin it if it takes time."""
 
     def step(self, statement: Statement) -> bool:
-        """Continue a remote command; return whether it has ended."""
+        """Execute a remote command for one cycle; return whether the command has ended."""
 
 
 def move(one: Instruction, task: MovingTask, world: MovingWorld) -> int:
-    """Execute a movement until its axes are in the OUT position range, or STOPON ends it."""
+    """Execute a movement until its axes are in the OUT position range or STOPON ends it."""
     robot = one.args[0]
     options = one.args[3] if one.kind in ("move", "movei", "movet") else one.args[2:]
     _drop_interrupted(task)
@@ -110,7 +110,7 @@ def move(one: Instruction, task: MovingTask, world: MovingWorld) -> int:
 
 
 def _follow(robot: int, resumed: bool, world: MovingWorld) -> Request:
-    """Return the request of PATH START."""
+    """Return the command for PATH START with the path that was defined for the robot."""
     way = world.ways.get(robot)
     if way is None or not way.ended or not way.parts:
         raise CommandError(world.config.program_path_alarm)
@@ -118,7 +118,7 @@ def _follow(robot: int, resumed: bool, world: MovingWorld) -> Request:
 
 
 def define_path(one: Instruction, task: MovingTask, world: MovingWorld) -> int:
-    """Begin, extend or end the definition of a path."""
+    """Execute PATH SET, PATH L, PATH C or PATH END, which define a path."""
     robot = one.args[0]
     way = world.ways.get(robot)
     if one.kind == "path_set":
@@ -140,9 +140,11 @@ def define_path(one: Instruction, task: MovingTask, world: MovingWorld) -> int:
 
 
 def _may_begin(robot: int, world: MovingWorld) -> bool:
-    """Return whether the movement before has ended, or has CONT and is in the OUT position range.
+    """Return whether the previous movement permits the next movement to begin.
 
-    If a remote command moves the robot, the program does not wait: it gets an alarm.
+    The previous movement must have ended, or have CONT and be in the OUT position range.
+
+    If a remote command moves the robot, the program does not wait. It gets an alarm.
     """
     before = world.motion.under_way_of(robot)
     if before is None or before.done or not before.by_program:
@@ -154,7 +156,7 @@ def _may_begin(robot: int, world: MovingWorld) -> bool:
 
 
 def _drop_interrupted(task: MovingTask) -> None:
-    """Discard a movement that a stop has ended, so that the continued program begins it again."""
+    """Discard a movement that a stop has ended. The continued program begins it again."""
     if not task.interrupted:
         return
     task.interrupted = False
@@ -188,7 +190,7 @@ def _is_out(movement: Movement, world: MovingWorld) -> bool:
 def _switch_on_the_way(
     options: Sequence[Node], movement: Movement, task: MovingTask, world: MovingWorld, robot: int
 ) -> None:
-    """Write the outputs of `DO(20)=1@30.0` once the tool is 30.0 mm from its start."""
+    """Write the output of an option such as `DO(20)=1@30.0` once the tool has moved 30.0 mm."""
     pending = [
         (k, option)
         for k, option in enumerate(options)
@@ -213,7 +215,7 @@ def _start(movement: Movement, arm: Arm) -> tuple[float, ...]:
 
 
 def command(one: Instruction, task: MovingTask, world: MovingWorld) -> int:
-    """Execute a statement that is a remote command without a movement of its own options."""
+    """Execute a statement that is a remote command but not a movement with options."""
     _drop_interrupted(task)
     if task.execution is None:
         task.execution = world.perform(request(one, world, task))
@@ -224,7 +226,7 @@ def command(one: Instruction, task: MovingTask, world: MovingWorld) -> int:
 
 
 def wait_arm(one: Instruction, task: MovingTask, world: MovingWorld) -> int:
-    """Wait for the end of a movement, or until the given axes are within their tolerances."""
+    """Execute WAIT ARM: wait for the end of a movement, or for the tolerances of given axes."""
     robot, *axes = one.args
     if axes == [None]:
         return STAY if world.motion.moving(robot) else NEXT

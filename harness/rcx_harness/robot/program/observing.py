@@ -1,4 +1,4 @@
-"""Observers of robot programs: they count lines or stop at them, and change nothing."""
+"""Observers of robot programs. They count executed lines or stop at a line, and change no state."""
 
 from __future__ import annotations
 
@@ -14,15 +14,15 @@ class Observer(Protocol):
     """
 
     def begins(self, task: Any, at: int) -> None:
-        """Observe that a RobotTask is about to begin the instruction at a position."""
+        """Observe that the task is about to begin the instruction at position `at`."""
 
     def ends(self, task: Any, at: int, to: int) -> None:
-        """Observe that an instruction has ended; `to` is the next position, or NEXT."""
+        """Observe the end of the instruction at `at`; `to` is the next position, or NEXT."""
 
 
 class Observers(list[Observer]):
-    """The observers of a controller; all its snapshots share them."""
+    """The observers of the robot programs of a controller; all its snapshots share them."""
 
     def __deepcopy__(self, memo: object) -> Observers:
-        """Return the list itself."""
+        """Return the list itself, because snapshots share the observers."""
         return self

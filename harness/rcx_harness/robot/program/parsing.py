@@ -1,4 +1,4 @@
-"""The parser of one statement of a robot program: it makes a node of each rule of grammar.lark."""
+"""The parser for one statement of a robot program. Each rule of grammar.lark gives a node."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ __all__ = ["parse"]
 
 
 #: A pattern for the parts of a statement. Texts, names, ports with their numbers, rows of numbers,
-#: and hexadecimal and binary numbers stay unchanged. Marks replace labels behind a word, and all
-#: other numbers, including those of points, shifts and hands.
+#: and hexadecimal and binary numbers stay unchanged. Marks replace labels after GOTO, GOSUB, THEN
+#: and ELSE. Marks also replace all other numbers, including those of points, shifts and hands.
 _PARTS = re.compile(
     r"""(?P<word>\b(?:GOTO|GOSUB|THEN|ELSE)\s+)(?P<label>\*[A-Z][A-Z0-9_]*)
     | "[^"]*" | (?:D[IO]|MO|LO|TO|S[IO][WD]?)\d*\s*\([^()]*\) | &[HB][0-9A-F]+
@@ -29,7 +29,8 @@ _PARTS = re.compile(
     | (?<![\w.])(?P<kind>[PSH]?)(?P<number>\d+)(?![\w.%!$(])""",
     re.VERBOSE,
 )
-#: The first number and the beginning of the labels that serve as marks; no program contains them.
+#: The first number that serves as a mark, and the beginning of labels that serve as marks. No
+#: program contains such numbers and labels.
 _FIRST_MARK, _LABEL_MARK = 900_000_001, "*MARK_OF_A_LABEL_"
 
 
@@ -60,7 +61,7 @@ def parse(text: str) -> Node:
 
 @cache
 def _shape(text: str, count: int) -> Node | None:
-    """Return the node of a statement with marks; None if the parser has not preserved each mark."""
+    """Parse a statement with marks; return None if its node does not contain each mark once."""
     try:
         node = _parsed(text)
     except InputError:
@@ -71,7 +72,7 @@ def _shape(text: str, count: int) -> Node | None:
 
 
 def _place(part: object) -> int | None:
-    """Return the number of a mark, or None if the part is not a mark."""
+    """Return the number of a mark; None if the part of the node is not a mark."""
     if isinstance(part, int) and part >= _FIRST_MARK:
         return part - _FIRST_MARK
     if isinstance(part, str) and part.startswith(_LABEL_MARK):
@@ -80,7 +81,7 @@ def _place(part: object) -> int | None:
 
 
 def _filled(node: Node, values: Sequence[int | str]) -> Node:
-    """Return the node in which the marks are replaced by their values."""
+    """Return a copy of a node in which the marks are replaced by their values."""
     args: list[Any] = []
     for part in node.args:
         place = None if isinstance(part, Node) else _place(part)
@@ -105,7 +106,7 @@ def _parsed(text: str) -> Node:
 
 
 def _missing(error: UnexpectedInput) -> str:
-    """Return what is missing at the end of a statement; empty if nothing is missing there."""
+    """Return a text for the element that is missing at the end of a statement; else empty."""
     if not isinstance(error, UnexpectedToken) or error.token.type != "$END":
         return ""
     possible = error.accepts or set()
@@ -115,7 +116,8 @@ def _missing(error: UnexpectedInput) -> str:
     return next((text for name, text in _MISSING.items() if name in possible), "something")
 
 
-#: The missing part, by a terminal that may follow. The message names the first match.
+#: Maps a terminal that the parser expects to the text for the missing element. The message uses the
+#: first match.
 _MISSING = {
     "NUMBER": "a value",
     "POINT": "a target",
@@ -139,10 +141,10 @@ def _parser() -> Lark:
 
 
 class _Builder(Transformer[Token, Node]):
-    """The translation of each rule of grammar.lark to a Node with the name of the rule."""
+    """Translates each rule of grammar.lark to a Node with the name of the rule."""
 
     def __default__(self, data: Any, children: list[Any], meta: Any) -> Any:
-        if data.startswith("_"):  # a repetition: its children belong to the rule around it
+        if data.startswith("_"):  # a repetition, whose children belong to its parent rule
             return Tree(data, children)
         return Node(str(data), tuple(_plain(child) for child in children))
 
@@ -188,7 +190,7 @@ class _Builder(Transformer[Token, Node]):
 
 
 def _plain(child: Any) -> Any:
-    """Return a token as a plain text or number; return any other value unchanged."""
+    """Convert a token of the parser to a text or a number; return any other value unchanged."""
     if not isinstance(child, Token):
         return child
     return _number(child) if child.type == "NUMBER" else str(child)
@@ -209,7 +211,7 @@ def _number(text: str) -> int | float:
 
 
 def _ports(kind: str, numbers: Sequence[str]) -> tuple[Port, ...]:
-    """Return the ports of `DO(20)`, `DO(23,21)`, `DO2()` and `DO2(3,1)`; the first is the MSB."""
+    """Return the ports of a text such as `DO(20)` or `DO2(3,1)`; the first port is the MSB."""
     name = kind.rstrip("0123456789")
     octet = kind[len(name) :]
     if name[-1] in "WD":

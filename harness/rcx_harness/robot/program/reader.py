@@ -1,4 +1,4 @@
-"""The reader of robot programs: it translates lines to a Program, or reports all their errors."""
+"""The reader of robot programs. It translates lines to a Program, or reports all errors."""
 
 from __future__ import annotations
 
@@ -15,10 +15,11 @@ __all__ = ["read_expression", "read_file", "read_lines", "read_program", "text_o
 
 _LABEL = re.compile(r"(\*[A-Z][A-Z0-9_]*)\s*:?\s*")
 _REMARK = re.compile(r"REM\b.*")
-#: A text in quotes, else the character that ends a statement or begins a comment.
+#: The pattern of a text in quotes, or of a character that ends a statement or begins a comment.
 _PIECES = re.compile(r'"[^"]*"|[:\']')
 _LONGEST = 255
-#: A text contains no control characters but tab, line feed, form feed and return.
+#: The control characters that a text file cannot contain: all but tab, line feed, form feed and
+#: return.
 _CONTROL = re.compile(rb"[\x00-\x08\x0b\x0e-\x1f]")
 
 
@@ -46,7 +47,7 @@ def text_of(path: Path) -> str:
         raw = path.read_bytes()
     except OSError as error:
         raise InputError(f"cannot read it: {error.strerror}", file=path) from error
-    raw = raw.rstrip(b"\x1a")  # the end-of-file character that ends a transfer over a serial line
+    raw = raw.rstrip(b"\x1a")  # the character that ends a file that was received over a serial line
     if control := _CONTROL.search(raw):
         line = raw[: control.start()].count(b"\n") + 1
         raise InputError(
@@ -68,9 +69,9 @@ def read_program(
 
     Args:
         text: The lines of the program.
-        path: The file, for messages.
+        path: Path of the file, for error messages.
         first: Number of the first line in the file.
-        integers: Variables without a type character are integers.
+        integers: Whether variables without a type character are integers.
 
     Returns:
         The program, or None if it has errors; and all errors in the order of their lines.
@@ -86,7 +87,7 @@ def read_lines(
     integers: bool = False,
     shared: bool = False,
 ) -> tuple[Program | None, list[InputError]]:
-    """Read a program from its lines; see `read_program` and Program."""
+    """Read a program from a list of lines; see `read_program` for arguments and result."""
     errors: list[InputError] = []
     lines: list[Line] = []
     for number, text in enumerate(texts, first):
@@ -101,7 +102,7 @@ def read_lines(
 
 
 def read_expression(text: str) -> Node:
-    """Return the node of an expression such as `N% > 3 AND SI(20) = 1`.
+    """Parse an expression such as `N% > 3 AND SI(20) = 1`, and return its node.
 
     Raises:
         InputError: the text is not an expression.
@@ -122,7 +123,7 @@ def _placed(error: InputError, path: Path | None, line: int) -> InputError:
 
 
 def _statements(text: str) -> Iterator[tuple[str, Node | None]]:
-    """Yield label (or an empty text) and statement of each part of a line."""
+    """Yield label and statement of each part of a line; without a label, the label is empty."""
     if len(text) > _LONGEST:
         raise InputError(f"the line has {len(text)} characters", hint=f"use at most {_LONGEST}")
     parts = _split(text)
@@ -167,7 +168,7 @@ def _upper(text: str) -> str:
 @cache
 def _statement(text: str) -> Node:
     """Parse one statement; equal statements are parsed once."""
-    # imported late: without programs no parser is needed
+    # Import the parser here, because a controller without programs does not need it.
     from rcx_harness.robot.program.parsing import parse
 
     return parse(text)

@@ -1,6 +1,6 @@
 """The syntax of a robot program: expressions as nodes, and statements as a flat list of code.
 
-Positions in the code are indices. Blocks such as IF ... ENDIF are jumps in it.
+Positions in the code are list indices. Blocks such as IF ... ENDIF become jumps in the code.
 """
 
 from __future__ import annotations
@@ -24,12 +24,12 @@ __all__ = [
     "Subroutine",
 ]
 
-#: Kinds of the instructions that start a movement.
+#: The kinds of instructions that start a movement.
 MOVES = ("move", "movei", "movet", "drive", "drivei", "pmove", "push", "path_start")
 #: Results of an instruction that does not jump. NEXT: continue with the following instruction.
 #: STAY: continue in this instruction in the next cycle.
 NEXT, STAY = -1, -2
-#: The options of movements that are names, as they are written before `=`.
+#: The options of movements that have a name before `=`, as they are written.
 OPTIONS = (
     "S",
     "SPEED",
@@ -46,11 +46,12 @@ OPTIONS = (
     "F",
     "TIM",
 )
-#: Kinds of the instructions that do not come from a statement: labels, and the jump over a SUB or
+#: The kinds of instructions that are not statements: labels, and jumps. A jump leads over a SUB, or
 #: from the end of a branch to the end of its block.
 SILENT = ("label", "declare", "leave")
 
-#: The functions that return a coordinate, with the index of the coordinate: LOCX is LOC1.
+#: Maps each function that returns a coordinate to the index of the coordinate. LOCX is the same as
+#: LOC1.
 COORDINATES = {
     f"LOC{name}": place for names in ("XYZRAB", "123456") for place, name in enumerate(names)
 }
@@ -97,14 +98,15 @@ class Node:
 
 @dataclass(frozen=True)
 class Instruction:
-    """One instruction of the code.
+    """One instruction in the code of a program.
 
     Attributes:
         kind: Name of the rule in grammar.lark, or name of a jump that blocks.py adds.
-        args: The parts of the statement.
+        args: The parts of the statement: nodes, numbers and texts.
         line: Number of the instruction's line in the file, from 1.
         jump: Position in the code to which the instruction may jump; -1 if it does not jump.
-        behind: Position behind the statement, if the statement has several instructions; else -1.
+        behind: Position after the last instruction of the statement if the statement has several
+            instructions; else -1.
     """
 
     kind: str
@@ -114,7 +116,7 @@ class Instruction:
     behind: int = -1
 
     def nodes(self) -> Iterator[Node]:
-        """Yield all nodes in its parts."""
+        """Yield all nodes in the parts of the instruction."""
         for part in self.args:
             if isinstance(part, Node):
                 yield from part.walk()
@@ -157,8 +159,8 @@ class Program:
     def begins(self) -> Mapping[int, int]:
         """Return the positions at which lines with statements begin, and their lines.
 
-        A line with several statements begins at the first of them. NEXT ends each iteration of a
-        FOR; FOR itself begins only once.
+        A line with several statements begins at its first statement. Each iteration of a FOR loop
+        ends at NEXT, but the FOR statement begins only once.
         """
         first: dict[int, int] = {}
         for at, one in enumerate(self.code):
@@ -167,11 +169,11 @@ class Program:
         return {at: line for line, at in first.items()}
 
     def line(self, at: int) -> int:
-        """Return the line of a position; for a position behind the end, the last line."""
+        """Return the line number of a position; after the end of the code, the last line number."""
         if at < len(self.code):
             return self.code[at].line
         return max(len(self.texts), 1)
 
     def behind(self, line: int) -> int:
-        """Return the position of the first instruction behind a line."""
+        """Return the position of the first instruction after a line."""
         return next((k for k, one in enumerate(self.code) if one.line > line), len(self.code))

@@ -14,25 +14,28 @@ from rcx_harness.robot.program.values import Value
 
 __all__ = ["MAIN_PRIORITY", "NEXT_LINE", "RUN", "STEP", "RobotTask"]
 
-#: Modes of a start: all lines, one line, or one line including the subroutines that it calls.
+#: The modes of a start: run all lines, run one line, or run one line with the subroutines that it
+#: calls.
 RUN, STEP, NEXT_LINE = "run", "step", "next"
 
-#: Priority of the main program and of programs that others start.
+#: The default priority of a task: the main program, and programs that START starts.
 MAIN_PRIORITY = 32
 
 
 class RobotTask:
-    """One program as a task. `elapsed_us` is the time for which it has run, without its stops.
+    """One program as a task.
 
-    `state` is `ready` (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
+    `elapsed_us` is the time for which the task has run; stops do not count. `state` is `ready`
+    (reset, or not yet started), `running`, `stopped`, `suspended` or `ended`.
 
     Attributes:
         number: Number of the task in the table of tasks; 0 while the program is not registered.
         priority: 1 (first in each cycle) to 64.
-        temporary: Whether START has registered the task. It then leaves the table at its end or
+        temporary: Whether START has registered the task. Such a task leaves the table at its end or
             reset.
         variables: The variables of the program by name; elements of arrays as `A%(3)`.
-        begun: Position of the instruction that has begun and has not ended yet; -1: none.
+        begun: Position of the instruction that has begun and has not ended yet; -1 if there is
+            none.
         full_cycles: Number of cycles in which the task has used up its statements, for example in
             an endless loop.
         full_line: The line of the task at the end of the last cycle that `full_cycles` counts.
@@ -56,7 +59,8 @@ class RobotTask:
         self.begun = -1
         self.elapsed_us = 0
         self.until_us: int | None = None
-        """The end of the wait under way, counted as `elapsed_us`; None without an end."""
+        """The end of the current wait, on the time scale of `elapsed_us`; None without a time
+        limit."""
         self.waits = False
         """Whether only an input from the master can end the wait of the task."""
         self.frames: list[Frame] = []
@@ -66,7 +70,7 @@ class RobotTask:
         self.execution: Statement | None = None
         self.passed: set[int] = set()
         self.moving_at = -1
-        """The position of the statement that has begun a movement and has not ended; or -1."""
+        """The position of the movement statement that has begun and has not ended; -1: none."""
         self.interrupted = False
         self.mode = RUN
         self.depth = 0
@@ -80,41 +84,42 @@ class RobotTask:
 
     @property
     def line(self) -> int:
-        """Return the line that is executed, from 1."""
+        """Return the number of the current line, from 1."""
         return self.code.line(self.at)
 
     @property
     def stack(self) -> list[tuple[str, int]]:
         """Return the subroutines that have not returned and the current line of each.
 
-        The innermost subroutine is first, the program is last. Labels have their asterisk.
+        The innermost subroutine is first, the program itself is last. The name of a GOSUB is its
+        label with the asterisk.
         """
         names = [self.program.name, *(self._called(frame) for frame in self.frames)]
         lines = [*(self.code.line(frame.back - 1) for frame in self.frames), self.line]
         return list(zip(names, lines, strict=True))[::-1]
 
     def _called(self, frame: Frame) -> str:
-        """Return the name of the subroutine of a call."""
+        """Return the name of the subroutine that a frame belongs to."""
         call = self.code.code[frame.back - 1]
         return str(call.args[0]) if call.kind in ("call", "gosub") else "GOSUB"
 
     @property
     def endless(self) -> bool:
-        """Return whether the task runs forever without executing any instruction."""
+        """Return whether the program is an endless duration, which executes no instruction."""
         return self.program.begins_again and not self.program.has_code and self.mode == RUN
 
     def variable(self, name: str) -> Value | None:
-        """Return a variable, or None if it has no value yet."""
+        """Return the value of a variable; None if the variable has no value yet."""
         variables, key = self._place(name, len(self.frames) - 1)
         return variables.get(key)
 
     def assign_variable(self, name: str, value: Value) -> None:
-        """Assign a converted value to a variable."""
+        """Assign a value to a variable; the value already has the type of the variable."""
         variables, key = self._place(name, len(self.frames) - 1)
         variables[key] = value
 
     def _place(self, name: str, depth: int) -> tuple[dict[str, Value], str]:
-        """Return the variables that contain a name at a depth of calls, and its key in them."""
+        """Return the dictionary of a variable for a call depth, and the variable's key in it."""
         base = name.partition("(")[0].removeprefix("DIM@")
         while depth >= 0:
             frame = self.frames[depth]
@@ -130,11 +135,11 @@ class RobotTask:
         return self.variables, name
 
     def passed_us(self, now_us: int) -> int:
-        """Return the progress of the task without the time of its stops [us]."""
+        """Return the time for which the task has run [us]; stops do not count."""
         return self.elapsed_us + now_us - self.since_us
 
     def go(self, now_us: int, mode: str = RUN) -> None:
-        """Start the task, or continue it after a stop, in the given mode."""
+        """Start the task, or continue it after a stop, in the mode RUN, STEP or NEXT_LINE."""
         self.state = "running"
         self.since_us = now_us
         self.mode = mode
@@ -142,26 +147,26 @@ class RobotTask:
         self.interrupted = True
 
     def pause(self, now_us: int, state: str = "stopped") -> None:
-        """Stop the task, or suspend it; the time until it continues does not count."""
+        """Stop or suspend the task. The time until the task continues does not count."""
         if self.state == "running":
             self.state = state
             self.elapsed_us += now_us - self.since_us
 
     def end(self) -> None:
-        """End the task; its next start begins at the first instruction."""
+        """End the task. The next start begins at the first instruction."""
         if self.state in ("running", "stopped", "suspended"):
             self.state = "ended"
             self.rewind()
         self._leave()
 
     def reset(self) -> None:
-        """Reset the task to its first instruction; it does not run."""
+        """Reset the task to its first instruction, with the state `ready`."""
         self.rewind()
         self.state = "ready"
         self._leave()
 
     def skip(self) -> None:
-        """Skip the current line."""
+        """Skip the current line without executing it."""
         self.until_us, self.waits, self.execution, self.moving_at = None, False, None, -1
         self.begun = -1
         self.state = "stopped"
@@ -188,7 +193,7 @@ class RobotTask:
         return self.mode == STEP or len(self.frames) <= self.depth
 
     def due_us(self, now_us: int) -> int | None:
-        """Return when the task continues by itself; None if it waits for an input or is stopped."""
+        """Return when the task continues by itself [us]; None if it waits for input or start."""
         if self.state != "running" or self.endless:
             return None
         if self.until_us is None:

@@ -30,7 +30,10 @@ def type_errors(program: Program) -> Iterator[tuple[int, InputError]]:
 
 
 class _Checker:
-    """The errors of one instruction; `shared`: it may use the arrays of other programs."""
+    """Collects the type errors of one instruction.
+
+    With `shared` the instruction may use arrays that another program has declared.
+    """
 
     def __init__(self, arrays: Collection[str], shared: bool) -> None:
         self._arrays, self._shared = arrays, shared
@@ -74,7 +77,7 @@ class _Checker:
             self._error(f"{wanted} is needed here, but this is {given}", hint)
 
     def type_of(self, node: Node) -> str:
-        """Return the type of an expression, or an empty text; record its errors."""
+        """Return the type of an expression and record its errors; empty if the type is unknown."""
         kind, args = node.kind, node.args
         if kind == "text":
             return _TEXT

@@ -13,7 +13,7 @@ from rcx_harness.robot.stored import AXES, Hand, Point, Shift, fits_integer, nea
 
 __all__ = ["Value", "calculate", "combine", "compare", "convert", "integer", "number", "to_point"]
 
-#: A value of an expression; shifts are tuples of four integers.
+#: A value of an expression. A shift is a tuple of four integers.
 Value = int | float | str | Point | Shift | Hand
 
 _TRUE, _FALSE = -1, 0
@@ -21,12 +21,12 @@ _SCALE = 1000
 
 
 def convert(name: str, value: Value, config: RobotConfig, *, integers: bool) -> Value:
-    """Return a value as the variable `name` holds it: A% integer, A! real, A$ text.
+    """Convert a value to the type of the variable `name`: A% integer, A! real, A$ text.
 
     Raises:
         CommandError: the value has another type, or is too large.
     """
-    if "@" in name:  # `name` is the limit of a FOR, which the reader has added
+    if "@" in name:  # `name` is the hidden variable for the limit of a FOR
         return value
     if name.endswith("$"):
         if not isinstance(value, str):
@@ -38,7 +38,7 @@ def convert(name: str, value: Value, config: RobotConfig, *, integers: bool) -> 
 
 
 def integer(value: Value, config: RobotConfig) -> int:
-    """Return a number as an integer of 32 bits, rounded as configured.
+    """Convert a number to an integer of 32 bits; the configuration determines the rounding.
 
     Raises:
         CommandError: the value is not a number, or is too large.
@@ -55,7 +55,7 @@ def integer(value: Value, config: RobotConfig) -> int:
 
 
 def number(value: Value, config: RobotConfig) -> float:
-    """Return a number in single precision.
+    """Convert a number to single precision.
 
     Raises:
         CommandError: the value is not a number, or is too large.
@@ -101,7 +101,7 @@ def _modulo(a: float, b: float) -> float:
 
 
 def _rest(a: int, b: int) -> int:
-    """Return the remainder of a division that is rounded toward 0; it has the sign of `a`."""
+    """Return the remainder of a division that is rounded toward 0, with the sign of `a`."""
     rest = abs(a) % abs(b)
     return -rest if a < 0 else rest
 
@@ -171,9 +171,9 @@ def _combined(
 
 
 def to_point(values: Sequence[float], *, mm: bool) -> Point:
-    """Return the point of six numbers [mm or pulses], the hand flag and the two arm flags.
+    """Return the point with these coordinates [mm or pulses], hand flag and arm flags.
 
-    Axes that are left out are 0.
+    There may be up to six coordinates. Missing coordinates are 0.
     """
     scale = _SCALE if mm else 1
     data = [round(value * scale) for value in values[:AXES]]

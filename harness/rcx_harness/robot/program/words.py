@@ -1,4 +1,4 @@
-"""The words of the robot language; some of them are not executed by this controller."""
+"""The words of the robot language, with those that this controller does not execute."""
 
 from __future__ import annotations
 
@@ -15,11 +15,11 @@ from structured_text.output.toml_files import parse_toml
 
 __all__ = ["Word", "explain", "words"]
 
-#: Limit of a statement in a message [characters].
+#: Greatest length of a statement in a message [characters].
 _LONGEST = 40
-#: The last part of a statement: a port or another name with its brackets, a number or a sign.
+#: The pattern of the last part of a statement: a name with its brackets, a number or a sign.
 _LAST = re.compile(r"[A-Z0-9_%!$.&*]+(?:\([^()]*\))?|[^\s\w]")
-#: A movement that ends after its interpolation, so that its target is missing.
+#: The pattern of a movement whose target is missing.
 _NO_TARGET = re.compile(r"MOVE[IT]?\s*(\[\d\])?\s*[PLC]\s*,?")
 _WORD = re.compile(r"[A-Z][A-Z0-9_]*[%!$]?")
 
@@ -30,10 +30,10 @@ class Word:
 
     Attributes:
         name: The word.
-        group: Its group, such as `flow`.
-        form: Its notation in a statement.
-        source: `guide`, `public` or `assumed`.
-        text: Its effect in this controller.
+        group: The group of the word, such as `flow`.
+        form: The notation of the word in a statement.
+        source: The source of the effect: `guide`, `public` or `assumed`.
+        text: The effect of the word in this controller.
         instead: The replacement for a word that is not executed.
     """
 
@@ -55,12 +55,12 @@ def words() -> Mapping[str, Word]:
 
 
 def explain(text: str, column: int, missing: str = "") -> InputError:
-    """Return the error for a statement that the grammar does not have.
+    """Return the error for a statement that does not match the grammar.
 
     Args:
         text: The statement.
-        column: Column of the first character that does not fit, from 1; below 1: its end.
-        missing: The missing end of the statement; empty: nothing is missing.
+        column: Column of the first invalid character, from 1; below 1: the end of the statement.
+        missing: The element that is missing at the end of the statement; empty if none is missing.
     """
     if not missing and _NO_TARGET.fullmatch(text):
         missing = "a target"
@@ -88,7 +88,7 @@ def _shown(text: str) -> str:
 
 
 def _near(text: str, column: int, missing: str) -> str:
-    """Return the text near an error, for the message."""
+    """Return the part of a statement near an error, for the message."""
     if missing:
         return f"{missing} is missing after '{_LAST.findall(text)[-1]}'"
     rest = text[column - 1 :] if column > 0 else ""

@@ -1,7 +1,8 @@
-"""The interface of the unit-test framework TcUnit, written by us; `rcx test` runs its suites.
+"""Our own implementation of the interface of the unit-test framework TcUnit, for `rcx test`.
 
-TcUnit is the most used unit-test framework of TwinCAT. `st` has the Structured Text: what a suite
-may call. It follows the public documentation of TcUnit (https://tcunit.org, API and FAQ).
+TcUnit is the most used unit-test framework of TwinCAT. The folder `st` contains the function blocks
+that a suite may call. It follows the public documentation of TcUnit (https://tcunit.org, API and
+FAQ).
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Suites of unit tests as a test of pytest, so that `rcx mutants` can use them."""
+"""Unit tests in Structured Text, run as one test of pytest. `rcx mutants` uses this test."""
 
 from __future__ import annotations
 
@@ -29,7 +29,7 @@ def check_suites(
         program: A project, ST files, or a folder.
         lib: Folder of the library; None: the library of this package.
         scan: Period of the scan; default: the task's, or 10 ms.
-        longest: Virtual time after which unfinished tests are stopped.
+        longest: Virtual time limit. Unfinished tests are stopped after this time.
         only: Names of tests, suites, or `suite.test`, with `*`; only these tests run.
 
     Raises:

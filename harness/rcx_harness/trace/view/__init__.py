@@ -2,5 +2,5 @@
 
 __all__ = ["BEGINNING"]
 
-#: Beginning of each page; a file with this beginning may be overwritten.
+#: First characters of each page. A file that begins with them may be overwritten.
 BEGINNING = "<!doctype html>\n<!-- rcx view -->"

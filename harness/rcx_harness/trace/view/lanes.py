@@ -19,32 +19,34 @@ __all__ = ["Group", "Lane", "Lanes", "Variables", "Wire"]
 
 _WORDS = 16
 _PORTS = range(DEDICATED_AT + 2, RESERVED_AT)
-#: Types that are shown as numbers; 64 bit types are not, because JavaScript cannot represent them.
+#: Types that are shown as numbers. Types of 64 bits are missing, because JavaScript cannot
+#: represent them.
 _WHOLE = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT")
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
 _PRECISION = {"REAL": 7, "LREAL": 15}
 _STRINGS = ("STRING", "WSTRING", "CHAR", "WCHAR")
-#: Pins of the PLCopen rules: a block has at least one pin of each of these two sets.
+#: Pins of the PLCopen rules. Lanes are the pins of a block if at least one name is in each of the
+#: two sets.
 _ASKS, _ANSWERS = {"Execute", "Enable"}, {"Busy", "Done", "Error", "Valid"}
 
 
 @dataclass
 class Lane:
-    """One line of the chart.
+    """One lane of the page: a signal, a variable or a task over time.
 
     Attributes:
         name: The text beside the lane.
         colour: Its kind: `input`, `output`, `command`, `status`, `task`, `variable`, `curve` or
             `rule`.
-        short: Short name in the text of a change: `SI(01)` of `SI(01) Servo ON input`.
-        idle: Number of the text that is drawn as a plain line.
+        short: Short name in the text of a change, such as `SI(01)` for `SI(01) Servo ON input`.
+        idle: Number of the text that is drawn as a line without text.
         show: Format of a number, by one of the keys `digits` (number of hexadecimal digits),
             `precision` (significant digits) and `fine` (stored values are divided by this number).
         is_curve: Whether the lane is drawn as a line from value to value.
-        rests: Whether a curve is constant between changes, and moves to the next value within a
-            cycle.
-        speed_of: If this lane shows a speed: the lane with the position. A speed has no changes of
-            its own.
+        rests: Whether a curve is constant between two changes. It then reaches the next value
+            within a cycle.
+        speed_of: For a lane with a speed, the lane with the position. A speed has no changes of its
+            own.
     """
 
     name: str
@@ -60,7 +62,7 @@ class Lane:
 
 @dataclass
 class Group:
-    """Lanes that belong together; an `open` group is visible at first."""
+    """A group of lanes that belong together. If `open` is True, the lanes are visible at first."""
 
     title: str
     lanes: list[Lane]
@@ -68,24 +70,24 @@ class Group:
 
 
 class Lanes:
-    """All lanes, the texts in them, and the order of their changes."""
+    """All lanes of a page, the table of their texts, and the order of their changes."""
 
     def __init__(self) -> None:
         self.every: list[Lane] = []
         self.texts: dict[str, int] = {}
         self.order = array("I")
-        """For each change the number of its lane, from the first to the last change."""
+        """The number of the lane of each change, from the first to the last change."""
         self._numbers: dict[int, int] = {}
 
     def new(self, name: str, packed: Packed, colour: str, **more: Any) -> Lane:
-        """Add a lane, and return it."""
+        """Create a lane, add it to the page, and return it."""
         lane = Lane(name, packed, colour, **more)
         self._numbers[id(lane)] = len(self.every)
         self.every.append(lane)
         return lane
 
     def number(self, lane: Lane) -> int:
-        """Return the number of a lane, from 0."""
+        """Return the index of a lane in the list of all lanes."""
         return self._numbers[id(lane)]
 
     def text(self, text: str) -> int:
@@ -93,12 +95,15 @@ class Lanes:
         return self.texts.setdefault(text, len(self.texts))
 
     def note(self, lane: Lane, t_us: int, value: float, *, told: bool = True) -> None:
-        """Record the value of a lane from `t_us` on; with `told` a change is listed as an event."""
+        """Record the value of a lane from `t_us` on.
+
+        If `told` is True, a change is listed as an event.
+        """
         if lane.packed.note(t_us, value) and told:
             self.order.append(self.number(lane))
 
     def add(self, lane: Lane, t_us: int, value: float) -> None:
-        """Record a change of a lane, even to the same value."""
+        """Record a change of a lane, even if the value stays the same."""
         lane.packed.add(t_us, value)
         self.order.append(self.number(lane))
 
@@ -107,7 +112,8 @@ class Wire:
     """The areas of one controller, as the PLC or the controller sees them.
 
     Args:
-        plain: Whether this is the main side. Only changes of the main side are events.
+        plain: Whether the areas are those of the main side. Only changes of the main side are
+            events.
         reads_outputs_first: Whether this is the PLC's side. A scan reads the controller's outputs
             and then writes the controller's inputs. A controller cycle has the opposite order.
     """
@@ -145,7 +151,7 @@ class Wire:
         return self._lanes.new(f"{signal} {title}", Bits(), colour, short=signal)
 
     def take(self, t_us: int, si: bytes, so: bytes) -> None:
-        """Record the areas from `t_us` on; an empty area means that it is not sent."""
+        """Record the areas from `t_us` on. An empty area was not sent."""
         connected = bool(si and so)
         if connected != self._connected:
             self._connected = connected
@@ -239,7 +245,7 @@ def _general(kind: str, area: bytes) -> Iterator[tuple[str, int, int]]:
 
 
 class Variables:
-    """The watched variables; structures and arrays have a lane per member or element."""
+    """The lanes of the watched variables. Structures and arrays have a lane for each element."""
 
     def __init__(self, lanes: Lanes, watched: Mapping[str, Any]) -> None:
         self._lanes = lanes
@@ -247,7 +253,7 @@ class Variables:
         self._made: dict[str, Lane] = {}
 
     def take(self, t_us: int, values: Mapping[str, Any]) -> None:
-        """Take the values of a scan."""
+        """Record the values of all watched variables after a scan."""
         for part, value in self._changed.take(values):
             lane = self._made.get(part.path)
             if lane is None:
@@ -269,7 +275,7 @@ class Variables:
         return self._lanes.new(path, packed, "variable", short=path, show=show)
 
     def _number(self, lane: Lane, kind: Type, value: Any) -> float:
-        """Return a value in the form of its lane."""
+        """Convert the value of a variable to the number that its lane stores."""
         if not isinstance(lane.packed, Texts):
             return float(value) if isinstance(lane.packed, Reals) else int(value)
         written = literal(value)

@@ -1,8 +1,8 @@
-"""The changes of a lane as bytes: small in a file, and fast to read by the page (page/data.js).
+"""The encoding of the changes of a lane: small in a file, and read fast by the page (page/data.js).
 
-A change is the time since the previous change, then its value. Whole numbers have seven bits per
-byte, lowest first; another byte follows a byte of 128 or more. Signed numbers 0, -1, 1, -2 ... are
-encoded as 0, 1, 2, 3 ...
+A change consists of the time since the previous change and the new value. A whole number has seven
+bits in each byte, the lowest first. Bytes of 128 or more are followed by another byte. Signed
+numbers 0, -1, 1, -2 ... are encoded as 0, 1, 2, 3 ...
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _REAL = struct.Struct("<d")
 
 
 def put_whole(data: bytearray, number: int) -> None:
-    """Append a whole number that is not negative."""
+    """Append a whole number (0 or more) in the encoding of the page."""
     while number > 127:
         data.append(number & 127 | 128)
         number >>= 7
@@ -23,7 +23,9 @@ def put_whole(data: bytearray, number: int) -> None:
 
 
 class Packed:
-    """The changes of one lane that alternates between two values, so values are not stored.
+    """The encoded changes of one lane.
+
+    This class is for two values in turn, so values are not stored.
 
     Attributes:
         first: The value before the first change; None until a value is recorded.
@@ -40,7 +42,7 @@ class Packed:
         self._t_us = 0
 
     def note(self, t_us: int, value: float) -> bool:
-        """Record the value from `t_us` on [us]; return whether it is a change.
+        """Record the value from the time `t_us` [us] on. Return whether it is a change.
 
         The first value is not a change: it counts as the value from the beginning.
         """
@@ -53,7 +55,10 @@ class Packed:
         return True
 
     def add(self, t_us: int, value: float) -> None:
-        """Record a change, even to the same value; the time is at least the previous time."""
+        """Record a change, even if the value stays the same.
+
+        The time is not before the previous time.
+        """
         t_us = max(t_us, self._t_us)
         put_whole(self.data, t_us - self._t_us)
         self._put(value)
@@ -61,15 +66,15 @@ class Packed:
         self.count += 1
 
     def _put(self, value: float) -> None:
-        """Append the value of a change; here nothing, because the value alternates."""
+        """Append the value of a change. Here nothing is appended, because two values alternate."""
 
 
 class Bits(Packed):
-    """The changes of a signal that is ON or OFF."""
+    """The encoded changes of a signal that is ON or OFF."""
 
 
 class Texts(Packed):
-    """The changes of a text, as numbers in the table of all texts."""
+    """The encoded changes of a text, stored as its number in the table of all texts."""
 
     form = "text"
 
@@ -78,7 +83,7 @@ class Texts(Packed):
 
 
 class Numbers(Packed):
-    """The changes of a whole number, as differences; up to 2^53, the limit of the page."""
+    """The encoded changes of a whole number up to 2^53, stored as differences."""
 
     form = "whole"
 
@@ -88,7 +93,7 @@ class Numbers(Packed):
 
 
 class Reals(Packed):
-    """The changes of a number with a fraction, 64 bits each."""
+    """The encoded changes of a number with a fraction, stored in 64 bits."""
 
     form = "real"
 

@@ -1,4 +1,4 @@
-"""Recordings as one page of HTML that contains everything and loads nothing."""
+"""Recordings as one page of HTML. The page contains all data and loads no other files."""
 
 from __future__ import annotations
 
@@ -37,22 +37,25 @@ SCRIPTS = (
     "play.js",
     "page.js",
 )
-#: Greatest number of changes of a number that are events; with more, it is drawn as a curve.
+#: If a number has more changes than this, it is drawn as a curve, and its changes are not events.
 _OFTEN = 50
-#: Limit of broken rules in the page; further broken rules are only counted.
+#: Greatest number of broken rules in the page. Further broken rules are only counted.
 _MOST_RULES = 10_000
 _MOST_CONTROLLERS = 64
 _SIZES = (0, *AREA_SIZES)
-#: Entries of the header that the page shows unchanged.
+#: Entries in the header of a trace that the page shows unchanged.
 _TOLD = ("engine", "link", "seed", "by", "of")
-#: Positions are stored in thousandths.
+#: Factor for positions, which are stored in thousandths.
 _FINE = 1000
 _MS = 1_000
 _MODULE = re.compile(r"^import .*\n|^export ", re.MULTILINE)
 
 
 class View:
-    """A page made from the records of a recording: `take` each record, then call `page`."""
+    """The maker of a page from the records of a recording.
+
+    Call `take` for each record, then `page`.
+    """
 
     def __init__(self, header: Mapping[str, Any]) -> None:
         self._header = header
@@ -93,7 +96,7 @@ class View:
         return self._lanes.new(f"{who}{title}", Numbers(), "curve", **more)
 
     def take(self, record: Record) -> None:
-        """Take the next record."""
+        """Add the next record of the recording."""
         if self._begin_us is None:
             self._begin_us = record.t_us
         self._end_us = max(self._end_us, record.t_us)
@@ -183,7 +186,7 @@ class View:
         return self._lanes.new(name, Packed(), "curve", is_curve=True, speed_of=position)
 
     def page(self, title: str) -> str:
-        """Return the page; the same records give the same bytes."""
+        """Return the page. The same records give the same bytes."""
         content, style = (_asset(name) for name in ("page.html", "page.css"))
         script = "\n".join(_MODULE.sub("", _asset(name)) for name in SCRIPTS)
         filled = {
@@ -195,7 +198,7 @@ class View:
         return re.sub(r"@([A-Z]+)@", lambda found: filled[found[1]], content)
 
     def _packed(self, title: str) -> bytes:
-        """Return the compressed data of the page: length of its table, table, changes."""
+        """Return the compressed data of the page: length of the table, table, changes."""
         groups = list(self._groups())
         shown = [lane for group in groups for lane in group.lanes]
         places = {id(lane): place for place, lane in enumerate(shown)}
@@ -233,7 +236,7 @@ class View:
         return zlib.compress(bytes(head + stream + order), 6)
 
     def _about(self) -> str:
-        """Return one line about the recording and its origin."""
+        """Return one line of text about the recording and its origin."""
         known = self._header
         scans = "changes of the areas" if known.get("only") == "changes" else "scans"
         counts = ((self._scans, scans), (self._cycles, "controller cycles"))

@@ -29,7 +29,7 @@ class Programs:
         self._given = [[_checked(program) for program in every] for every in given]
         self._tasks: dict[tuple[int, int], Lane] = {}
         self._places: dict[int, dict[int, tuple[str, int, str]]] = {}
-        """By controller: program, line and state by the number of the text in a lane."""
+        """For each controller: maps the number of a text to program, line and state."""
 
     def take(self, t_us: int, controller: int, tasks: Sequence[Mapping[str, Any]]) -> None:
         """Record the tasks of a controller from `t_us` on."""
@@ -71,9 +71,8 @@ class Programs:
         """Return the programs of each controller for the page.
 
         `places` has the number of each lane that the page shows. Each entry has the `programs` of
-        the controller, the numbers of the lanes of its `tasks` by the number of the task, and
-        program, line and state for each text in these lanes. The list is empty if no task was
-        recorded.
+        the controller, its `tasks` (maps the number of a task to its lane), and program, line and
+        state for each text in these lanes. The list is empty if no task was recorded.
         """
         return [
             {

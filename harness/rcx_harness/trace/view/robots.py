@@ -38,7 +38,7 @@ class Robots:
                 noted.append((t_us, pose))
 
     def table(self, places: Mapping[int, int]) -> list[dict[str, Any]]:
-        """Return the robots for the page; `places` has the number of each lane that it shows."""
+        """Return the robots for the page; `places` has the number of each shown lane."""
         found = []
         for who, (every, lanes) in enumerate(zip(self._shapes, self._lanes, strict=True)):
             rest = iter(lanes)
@@ -55,7 +55,7 @@ class Robots:
 
 
 def _checked(shape: _Shape) -> _Shape:
-    """Return the shape if the page can draw it; else raise KeyError, TypeError or ValueError."""
+    """Return the shape if the page can draw it, else raise KeyError, TypeError or ValueError."""
     kind, axes = shape["kind"], shape["axes"]
     if kind not in _KINDS or not axes or not isinstance(shape["robot"], int):
         raise ValueError("no robot")

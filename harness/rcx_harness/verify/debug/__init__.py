@@ -1,1 +1,1 @@
-"""The cell-specific part of the debugger, and recordings of cells."""
+"""The part of the debugger that is specific to cells with robots, and recordings of cells."""

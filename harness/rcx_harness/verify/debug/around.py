@@ -1,4 +1,4 @@
-"""The areas and telegrams of each controller, as the debugger shows them next to the program."""
+"""The areas and telegrams of each controller, which the debugger shows next to the program."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ __all__ = ["live_input", "scopes"]
 def scopes(
     program: Program, images: Sequence[Image], telegrams: Sequence[Telegrams]
 ) -> list[Scope]:
-    """Return the scopes of a cell."""
+    """Return the debugger's scopes of a cell: areas and telegrams of each controller."""
     return [
         ("Areas", lambda: _areas(program, images)),
         ("Telegrams", lambda: _telegrams(telegrams)),

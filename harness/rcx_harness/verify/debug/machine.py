@@ -1,4 +1,4 @@
-"""A cell under the debugger, which runs it scan by scan and can go back."""
+"""A cell that the debugger runs scan by scan, forwards and backwards."""
 
 from __future__ import annotations
 
@@ -35,11 +35,11 @@ class CellMachine(BenchMachine):
             self.telegrams[record.controller - 1].take(record.t_us, record.so, record.si)
 
     def snapshot(self) -> Any:
-        """Return the state between two scans."""
+        """Return a snapshot of the cell between two scans."""
         return super().snapshot(), [one.snapshot() for one in self.telegrams]
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the cell."""
         cell, telegrams = snapshot
         super().restore(cell)
         for one, state in zip(self.telegrams, telegrams, strict=True):

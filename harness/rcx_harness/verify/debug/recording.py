@@ -37,7 +37,10 @@ FORMAT = "rcx-recording/1"
 
 
 def _digest(lines: Sequence[str]) -> str:
-    """Return a digest of the lines after the first line; it reveals missing and changed lines."""
+    """Return a digest of all lines except the first line.
+
+    The digest reveals lost and changed lines.
+    """
     return hashlib.sha256("\n".join(lines).encode()).hexdigest()
 
 
@@ -45,7 +48,7 @@ def _digest(lines: Sequence[str]) -> str:
 
 
 def _digests(files: Sequence[Path], folder: Path) -> dict[str, str]:
-    """Return the digest of each source by its name."""
+    """Return the digest of each source file, by the name of the file."""
     return {
         _shown(file, folder): hashlib.sha256(source_text(file).encode()).hexdigest()
         for file in files
@@ -69,8 +72,9 @@ def write_recording(
 ) -> None:
     """Write the recording of a cell's program.
 
-    The cell may be closed. `settings` are the arguments of the `Cell.build` that built it. Files
-    below `folder` are named relative to it. `failed` is the reason of the failure in one line.
+    The cell may already be closed. `settings` are the arguments with which `Cell.build` built the
+    cell. Files below `folder` are named relative to it. `failed` is the reason of the failure in
+    one line.
     """
     given = settings["program"]
     named = [given] if isinstance(given, (str, Path)) else given
@@ -173,8 +177,8 @@ class CellTape(Tape):
     """The recorded program of a cell, which the debugger replays.
 
     Args:
-        lines: The lines of the recording after the first.
-        areas: Size, m and n of each controller.
+        lines: All lines of the recording except the first line.
+        areas: Size, m and n of each controller's areas.
     """
 
     def __init__(
@@ -201,11 +205,11 @@ class CellTape(Tape):
             telegrams.take(t_us, so, image.get())
 
     def snapshot(self) -> Any:
-        """Return the state between two scans."""
+        """Return a snapshot of the program between two scans."""
         return super().snapshot(), [one.snapshot() for one in self.telegrams]
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the program."""
         tape, telegrams = snapshot
         super().restore(tape)
         for one, state in zip(self.telegrams, telegrams, strict=True):

@@ -28,7 +28,7 @@ _SCALE = 1000
 
 
 def robot_programs(controllers: Sequence[Controller]) -> Devices | None:
-    """Return the robot programs of a cell; None if no robot has a program that is a text."""
+    """Return the robot programs of a cell. Return None if no robot has a program in source text."""
     texts = any(one.text for robot in controllers for one in robot.config.programs)
     return RobotPrograms(controllers) if texts else None
 
@@ -36,8 +36,8 @@ def robot_programs(controllers: Sequence[Controller]) -> Devices | None:
 class RobotPrograms:
     """The programs in the robot's own language, of all controllers of a cell.
 
-    The debugger numbers the programs of all controllers, so the number of a program stays the same
-    if it is registered in another task of its controller.
+    The debugger numbers the programs of all controllers. A program keeps its number if it is
+    registered in another task.
     """
 
     def __init__(self, controllers: Sequence[Controller]) -> None:
@@ -48,7 +48,7 @@ class RobotPrograms:
 
     @property
     def files(self) -> list[str]:
-        """Return the files of the programs."""
+        """Return the source files of all robot programs."""
         found = [one.path for robot in self._controllers for one in robot.config.programs]
         return list(dict.fromkeys(filter(None, found)))
 
@@ -85,7 +85,7 @@ class RobotPrograms:
 
     @property
     def positions(self) -> list[str]:
-        """Return a line for each task in use, with its program, line, state and statement."""
+        """Return a text for each task in use: its program, line, state and statement."""
         return [
             f"{name}, line {of.line + of.program.offset}, {of.state}: {_statement(of)}"
             for number, name in self.tasks
@@ -111,7 +111,7 @@ class RobotPrograms:
         return holds
 
     def watch(self, look: Callable[[DeviceStep], None] | None) -> None:
-        """Call `look` before each line that a task begins, from now on; None ends the calls."""
+        """Call `look` before each line that a task begins. With None the calls end."""
         for robot, watch in self._watching:
             robot.program.observers.remove(watch)
         self._watching = []
@@ -122,14 +122,14 @@ class RobotPrograms:
             robot.program.observers.append(watch)
 
     def _every(self) -> Iterator[tuple[int, RobotTask]]:
-        """Yield number and task of each program that is a text."""
+        """Yield number and task of each program with source text."""
         for robot, first in zip(self._controllers, self._first, strict=False):
             for number, task in enumerate(robot.program.tasks, first):
                 if task.program.text:
                     yield number, task
 
     def _task(self, number: int) -> tuple[Controller, RobotTask]:
-        """Return a task and its controller."""
+        """Return the task with this number, and its controller."""
         place = max(k for k, first in enumerate(self._first[:-1]) if first <= number)
         robot = self._controllers[place]
         return robot, robot.program.tasks[number - self._first[place]]
@@ -142,7 +142,7 @@ class RobotPrograms:
     def _scopes(self, robot: Controller, number: int, depth: int) -> list[Scope]:
         """Return the groups of values of a frame; `depth` is the number of calls around it.
 
-        Values are read when the user opens a group, from the current state of the task.
+        The values are read from the current state of the task when the user opens a group.
         """
 
         def of(items: Callable[[Controller, RobotTask], list[Item]]) -> Callable[[], list[Item]]:
@@ -168,7 +168,7 @@ class _Watch:
         }
 
     def begins(self, task: RobotTask, at: int) -> None:
-        """Report the line if the instruction is its first."""
+        """Report the line if the instruction is the first of this line."""
         line = task.code.begins.get(at)
         if line is None or not task.program.text:
             return
@@ -177,7 +177,7 @@ class _Watch:
         self._look(DeviceStep(number, file, line + task.program.offset, depth))
 
     def ends(self, task: RobotTask, at: int, to: int) -> None:
-        """Do nothing: the debugger stops before statements."""
+        """Do nothing, because the debugger stops only before statements."""
 
 
 def _statement(task: RobotTask) -> str:
@@ -190,16 +190,16 @@ def _statement(task: RobotTask) -> str:
 
 
 def _variables(_: Controller, task: RobotTask, *, depth: int) -> list[Item]:
-    """Return the variables of the program, or of the SUB at a depth of calls."""
+    """Return the variables of the program, or of the SUB at this depth of calls."""
     return [
         Text(name, _shown(value), _TYPES.get(name.partition("(")[0][-1:], ""))
         for name, value in sorted(_own(task.frames[:depth], task.variables).items())
-        if "@" not in name  # leave out helpers of FOR, SELECT and array sizes
+        if "@" not in name  # leave out internal variables of FOR, SELECT and array sizes
     ]
 
 
 def _own(frames: list[Frame], of_program: dict[str, Value]) -> dict[str, Value]:
-    """Return the variables of the innermost SUB; a GOSUB uses the variables of its caller."""
+    """Return the variables of the innermost SUB. A GOSUB uses the variables of its caller."""
     own = (frame.variables for frame in reversed(frames))
     return next((found for found in own if found is not None), of_program)
 
@@ -232,7 +232,7 @@ def _points(robot: Controller, task: RobotTask) -> list[Item]:
 
 
 def _ports(robot: Controller, task: RobotTask) -> list[Item]:
-    """Return the ports that the program names."""
+    """Return the ports that a robot program names, with their values."""
     found = {place.name: place for node in _nodes(task.code.code) if node.kind == "port"
              for place in node.args}  # fmt: skip
     return [Text(name, str(robot.program.ports.read(found[name]))) for name in sorted(found)]

@@ -11,7 +11,7 @@ from rcx_harness.spec.wire import ENDS, READY
 
 __all__ = ["Telegram", "Telegrams", "words_of"]
 
-#: Number of telegrams that are saved.
+#: Number of the latest telegrams that are saved for each controller.
 _KEPT = 8
 #: The code 0, which means that no command is set.
 _NONE = b"\0\0"
@@ -23,7 +23,7 @@ def words_of(area: bytes) -> tuple[int, ...]:
 
 
 class Telegram(NamedTuple):
-    """A remote command: the time of its code, its words, and the answer so far.
+    """A remote command: the time of its code, its request words, and the current answer.
 
     `ended_us` is -1 until the command ends. `answer` has the words from m on.
     """
@@ -35,19 +35,19 @@ class Telegram(NamedTuple):
 
     @property
     def request_text(self) -> str:
-        """Return the request in plain language."""
+        """Return a description of the request in words."""
         return request_text(self.request)
 
     @property
     def answer_text(self) -> str:
-        """Return how the command ended, or its current state."""
+        """Return a text about the end of the command, or about its current state."""
         if self.answer[0] == READY:
             return "not answered yet"
         return response_text(self.request[0], self.answer)
 
 
 class Telegrams:
-    """The last telegrams in the areas of one controller.
+    """The list of the last telegrams, derived from the areas of one controller.
 
     Attributes:
         so: The area that the PLC read last.
@@ -60,10 +60,10 @@ class Telegrams:
         self.last: tuple[Telegram, ...] = ()
 
     def take(self, t_us: int, so: bytes, si: bytes) -> None:
-        """Add the areas of the next scan."""
+        """Update the telegrams with the areas of the next scan."""
         # A command begins when its code changes to a value other than 0. Its answer is
-        # updated in each scan until the status is an end status. The code of the scan
-        # before decides this, because `so` was read before `si` was written.
+        # updated in each scan until the status is an end status. The code of the previous scan
+        # decides, because `so` was read before `si` was written.
         before, self.so, self.si = self.si[:2], so, si
         code, status = si[:2], int.from_bytes(so[:2], "little")
         if before != _NONE and self.last and self.last[0].ended_us < 0:
@@ -74,9 +74,9 @@ class Telegrams:
             self.last = (Telegram(t_us, words_of(si)), *self.last[: _KEPT - 1])
 
     def snapshot(self) -> object:
-        """Return the state for `restore`."""
+        """Return a snapshot of the telegrams."""
         return self.so, self.si, self.last
 
     def restore(self, snapshot: tuple[bytes, bytes, tuple[Telegram, ...]]) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the telegrams."""
         self.so, self.si, self.last = snapshot

@@ -21,12 +21,12 @@ from structured_text.explore.abstraction import Abstraction
 
 __all__ = ["CellStates"]
 
-#: Bytes of the digest that identifies a state, and the version of `marshal`; see `abstraction`.
+#: Number of bytes in the digest that identifies a state, and version of `marshal`.
 _DIGEST, _MARSHAL = 16, 2
 
 
 class CellStates:
-    """The states of a cell that has not run its first scan.
+    """Converts states of a cell to bytes and back. The cell has not run its first scan.
 
     The bytes of a state are valid in all processes that build the same cell.
     """
@@ -35,12 +35,13 @@ class CellStates:
         assert isinstance(cell.program, BuiltinProgram)
         self._cell, self._judge = cell, judge
         self._program = Abstraction(cell.program, cell.timing.scan_us, TABLES)
-        # These objects never change, so a state contains only their positions in this list.
+        # These objects never change. A state contains only the positions of these objects in this
+        # list.
         self._fixed = list(_fixed(cell))
         self._places = {id(one): place for place, one in enumerate(self._fixed)}
 
     def freeze(self) -> bytes:
-        """Return the state of the cell."""
+        """Return the state of the cell as bytes."""
         return self._frozen(self._cell.snapshot())
 
     def key(self) -> bytes:
@@ -86,7 +87,7 @@ class CellStates:
         scan_us, timeout_us = self._cell.timing.scan_us, self._cell.timing.timeout_us
         for robot, network, wire, _, _ in nodes:
             (*state, _, lost_us), (last, due), images, random, _ = network
-            # Events that are older than these times have no effect; see `PacketNetwork`.
+            # Events before these times have no effect on later packets (see `PacketNetwork`).
             reopens_us = -(scan_us + timeout_us)
             yield (
                 relative(robot, now_us),
@@ -103,7 +104,8 @@ class CellStates:
 def _of_plc(plc: Any) -> Any:
     """Return the memory of the monitors, and whether the PLC runs."""
     (contract, (_, faults)), runs, powered, _ = plc
-    # With one robot, the block that was called last for each robot has no effect.
+    # The monitor stores the last called block of each robot. This block has an effect only if there
+    # are several robots.
     return relative((contract, faults), 0), runs, powered
 
 
@@ -114,7 +116,10 @@ def _clocks(agenda: Any, now_us: int) -> Any:
 
 
 def _of_wire(wire: Any, now_us: int) -> Iterator[Any]:
-    """Yield the memory of a wire monitor, without changes older than 100 ms and command counts."""
+    """Yield the memory of a wire monitor.
+
+    Changes older than 100 ms and counters of commands are left out.
+    """
     values = dict(wire)
     changed_us = values["_changed_us"]
     ago_us = None if changed_us is None else min(now_us - changed_us, INTERVAL_US)
@@ -138,14 +143,14 @@ def _fixed(cell: Cell) -> Iterator[Any]:
 
 
 class _Pickler(pickle.Pickler):
-    """The pickler that replaces fixed objects by their positions in the list."""
+    """A pickler that replaces objects that never change by their positions in a list."""
 
     def __init__(self, stream: io.BytesIO, places: dict[int, int]) -> None:
         super().__init__(stream, protocol=5)
         self._places = places
 
     def persistent_id(self, one: Any) -> int | None:
-        """Return the position of a fixed object; None for all other objects."""
+        """Return the position of an object that never changes; None for all others."""
         return self._places.get(id(one))
 
 
@@ -155,5 +160,5 @@ class _Unpickler(pickle.Unpickler):
         self._fixed = fixed
 
     def persistent_load(self, place: int) -> Any:
-        """Return a fixed object."""
+        """Return the object at this position in the list of objects that never change."""
         return self._fixed[place]

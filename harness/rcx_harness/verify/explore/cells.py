@@ -43,9 +43,9 @@ _EVENTS = {
     "alarm": "SO(03) ON: alarm",
 }
 _PLACE = re.compile(r"^(controller \d+: )?(plc, scan \d+|robot, cycle \d+): ")
-#: The keys are checked with pairs of states that have the same key. The constants are: the number
-#: of first pairs that are checked, the interval of further checked pairs, the number of scans that
-#: are compared, and the number of keys for which states are stored.
+#: The keys are checked with pairs of states that have the same key. The constants are: number of
+#: pairs that are checked at first, interval of later checked pairs, number of compared scans, and
+#: number of keys with stored states.
 _FIRST_TWINS, _FURTHER_TWINS, _COMPARED, _EARLIER = 20, 16, 3, 2_000
 
 
@@ -57,11 +57,11 @@ class CellChoice(NamedTuple):
     controller: int
     path: str
     text: str
-    """The value as the user wrote it."""
+    """The new value of the input, as the user wrote it."""
     value: Any
 
     def tell(self) -> str:
-        """Return the choice in words."""
+        """Return a description of the choice in words."""
         if self.event:
             return _EVENTS[self.event] + (f" ({self.controller})" if self.controller > 1 else "")
         return f"{self.path} := {self.text}" if self.path else "nothing"
@@ -84,8 +84,8 @@ class CellSettings:
         inputs: Values of each input in Structured Text; see `user.Settings`.
         faults: Names from `FAULTS`.
         begin_us: The exploration begins with the first scan at or after this time.
-        states: Most states to expand; 0 means all.
-        depth: Most scans from the begin; 0 means any number.
+        states: Greatest number of states to expand; 0 means no limit.
+        depth: Greatest number of scans from the beginning; 0 means no limit.
         seed: The seed of the random checks of the keys.
         report: Called with the number of expanded states and of known states.
     """
@@ -101,7 +101,7 @@ class CellSettings:
 
 
 class CellExplored(NamedTuple):
-    """The result of an exploration: figures, values of the inputs, time of the first scan [us]."""
+    """The result of an exploration: figures, input values, and the time of the first scan [us]."""
 
     result: Result
     inputs: Mapping[str, Sequence[str]]
@@ -154,7 +154,7 @@ class _CellWorld(World[CellChoice]):
         Stimulus(Path(), list(start)).schedule(self.cell)
         while self.cell.next_us < begin_us:
             self.cell.scan(1)
-        # Later entries would stay in the agenda of each state.
+        # A later entry would stay in the agenda, and so become a part of each state.
         if late := [entry for entry in start if entry.t_us >= self.cell.next_us]:
             text = (
                 f"the run has an entry at {late[0].t_us // 1000} ms, after the exploration begins"
@@ -234,19 +234,19 @@ class _CellWorld(World[CellChoice]):
             self._twins.append((earlier, state))
 
     def check(self, state: bytes, choice: CellChoice, following: bytes, random: Random) -> None:
-        """Check that two states with the same key behave alike, if there are two."""
+        """If there is a pair of states with the same key, check that both behave alike."""
         del state, choice, following
         if self._twins:
             self._compare(*self._twins.pop(), random)
 
     def look(self, result: Result, states: Paths) -> None:
-        """Check the remaining pairs of states."""
+        """Check all pairs of states with the same key that have not been checked yet."""
         del result, states
         while self._twins:
             self._compare(*self._twins.pop(), Random(len(self._twins)))
 
     def _compare(self, one: bytes, other: bytes, random: Random) -> None:
-        """Compare the runs from two states over some scans; the first scan has a random choice."""
+        """Check that two states behave alike over some scans, after a random choice."""
         choice = random.choice(self.choices(one))
         ways = [list(self._way(state, choice)) for state in (one, other)]
         if ways[0] != ways[1]:
@@ -256,7 +256,7 @@ class _CellWorld(World[CellChoice]):
             )
 
     def _way(self, state: bytes, choice: CellChoice) -> Iterator[object]:
-        """Yield the key of each following state, or the broken rules."""
+        """Yield the key of each state after `state`, or the rules that the scan broke."""
         self._states.thaw(state)
         for one in (choice, *[self.every[0]] * (_COMPARED - 1)):
             if broken := self._scan(one):
@@ -282,7 +282,7 @@ def _refuse_clocks(cell: Cell) -> None:
 def _choices(
     inputs: Mapping[str, Sequence[tuple[str, Any]]], faults: Iterable[str], controllers: int
 ) -> Iterator[CellChoice]:
-    """Yield all choices; the first is that nothing happens."""
+    """Yield all choices. The first choice is that nothing happens."""
     number = 0
     yield CellChoice(number, "", 1, "", "", None)
     for path, values in inputs.items():

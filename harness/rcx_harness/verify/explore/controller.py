@@ -1,7 +1,7 @@
 """A small model of the controller, which answers as in the manual after any delay.
 
 It models the remote status, the dedicated outputs and the link. It may fail in any scan. An action
-that takes time in a real controller happens in any later scan, one action per scan.
+that takes time in a real controller may happen in any later scan, but only one action per scan.
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ class Small(NamedTuple):
         link: Whether the connection exists.
         status: The remote status.
         so: The dedicated outputs.
-        asked: Edges of dedicated inputs that the controller has not answered yet.
+        asked: Rising edges of dedicated inputs that the controller has not answered yet.
         bits: The dedicated inputs that the controller read last.
     """
 
@@ -78,13 +78,13 @@ class Small(NamedTuple):
     bits: int = 0
 
     def seen(self, wire: Wire) -> Small:
-        """Return the state that follows immediately from the outputs of the PLC."""
+        """Return the state after the controller has read the outputs of the PLC."""
         if not self.link:
             return self
         # Levels act at once: SI(00) OFF is an emergency stop, SI(06) OFF stops the
-        # program, and SI(10) sets the sequence output. Edges are only remembered in
-        # `asked`; `moves` lets the controller answer them in a later scan. An emergency
-        # stop discards the edges that it makes void.
+        # program, and SI(10) sets the sequence output. Edges are stored in `asked`. The controller
+        # may answer them in a later scan (see `moves`). An emergency stop
+        # deletes the edges that the controller then ignores.
         so, asked = self.so, self.asked | (wire.bits & ~self.bits & _EDGES)
         if wire.bits & _SI00:
             so &= ~_EMERGENCY
@@ -127,7 +127,7 @@ class Small(NamedTuple):
             yield "link"
 
     def after(self, move: str) -> Small:
-        """Return the state after a move."""
+        """Return the state of the controller after one of its moves."""
         status = {"run": RUN, "end": NORMAL_END, "abnormal": ABNORMAL_END, "ready": READY}
         if move in status:
             return self._replace(status=status[move])
@@ -148,7 +148,7 @@ class Small(NamedTuple):
         return bytes(area)
 
 
-#: By move: the dedicated outputs that go ON and OFF, and the edges that the move answers.
+#: Maps a move to the dedicated outputs that go ON and OFF, and to the edges that it answers.
 _DONE = {
     "servo": (_SERVO, 0, _SI01),
     "reset": (_MP_RDY, _ALARM, _SI16),

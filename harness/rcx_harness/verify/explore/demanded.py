@@ -1,4 +1,4 @@
-"""Properties that a user demands. Their memory is a part of each explored state."""
+"""The user's properties in an exploration. The memory of a property is a part of each state."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ __all__ = ["Demanded"]
 
 
 class Demanded:
-    """The properties of a program; the exploration switches their memory from state to state."""
+    """The properties of a program. The exploration restores their memory for each state."""
 
     def __init__(
         self,
@@ -31,11 +31,11 @@ class Demanded:
         self._followed = followed(program, declared, areas=areas)
 
     def state(self, now_us: int = 0) -> Hashable:
-        """Return the memory of the properties after a scan at this time."""
+        """Return the memory of all properties after a scan at the time `now_us`."""
         return tuple(one.memory(now_us) for one in self._followed)
 
     def go_to(self, state: Any, now_us: int) -> None:
-        """Restore a state; the next scan is at this time."""
+        """Restore the memory of all properties. The next scan is at the time `now_us`."""
         before_us = now_us - self._scan_us
         for one, memory in zip(self._followed, state, strict=True):
             one.remember(memory, before_us)

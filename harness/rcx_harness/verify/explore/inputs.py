@@ -1,4 +1,4 @@
-"""The inputs of an exploration: the values that each of them may have."""
+"""The possible values of each input in an exploration."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["values_of"]
 
 
 def values_of(program: Program, path: str, texts: Sequence[str]) -> Iterator[tuple[str, Any]]:
-    """Yield the values of an input, both as text and as value of the program."""
+    """Yield each possible value of an input as text and as value in the program."""
     kind = program.type_of(path)
     if not texts and kind == ElementaryType("BOOL"):
         texts = ("false", "true")

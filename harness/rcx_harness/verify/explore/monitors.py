@@ -17,7 +17,7 @@ _TIME, _ABOUT = "_changed_us", "_changed_what"
 
 
 class Monitors:
-    """The monitors of an exploration: the rules of the wire and the contract of the blocks."""
+    """The monitors of an exploration: they check the protocol rules and the rules of the blocks."""
 
     def __init__(
         self, program: Program, size: int, scan_us: int, steady: Collection[str] = ()
@@ -31,15 +31,15 @@ class Monitors:
 
     def state(self, now_us: int = 0) -> tuple[Any, Any]:
         """Return the memory of both monitors after a scan at this time."""
-        # The state must not contain absolute times, or else no state would ever recur. The
+        # With absolute times no state would ever recur. The
         # time of the last change is stored as its age. The command counter is set to 0,
         # because no rule reads it.
         held = dict(self._items())
         held[_COUNTS] = 0
         if held[_TIME] is not None:
             ago = now_us - held[_TIME]
-            # An age of INTERVAL_US or more at the next scan has no effect, so it is
-            # dropped.
+            # An age of INTERVAL_US or more at the next scan has no effect, so such an age is not
+            # stored.
             over = ago + self._scan_us >= INTERVAL_US
             held[_TIME], held[_ABOUT] = (None, "") if over else (ago, held[_ABOUT])
         same = tuple(value for value in held.values() if not isinstance(value, dict))
@@ -47,7 +47,7 @@ class Monitors:
         return same, tuple(before for before, _ in pins)
 
     def go_to(self, state: Sequence[Any], now_us: int) -> None:
-        """Restore the memory; the next scan is at this time, one period later."""
+        """Restore the memory of both monitors. The next scan is at `now_us`."""
         same, pins = state
         items: Any = self._items()
         values = iter(same)
@@ -60,6 +60,6 @@ class Monitors:
         self._contract.restore([(before, ()) for before in pins])
 
     def scan(self, now_us: int, so: bytes, si: bytes, *, connected: bool) -> list[str]:
-        """Check a scan, and return the broken rules in words."""
+        """Check one scan, and return the messages about the rules that it broke."""
         found = self._wire.scan(now_us, 0, so, si, connected) + self._contract.scan(now_us, 0)
         return [one.text.removeprefix("plc, scan 0: ") for one in found]

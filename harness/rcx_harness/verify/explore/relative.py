@@ -1,8 +1,7 @@
 """The state of a cell without absolute times, so that a state can recur.
 
-Two states with the same key behave alike from then on. The key does not contain data that has no
-effect on later scans and robot programs: numbers of scans, the history of the alarms, counters of
-operation.
+Two states with the same key behave alike in all later scans. The key does not contain data without
+later effect: scan numbers, the alarm history, operation counters.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ from rcx_harness.robot.tasks import Programs
 
 __all__ = ["relative"]
 
-#: Attributes that have no effect on later scans.
+#: Names of attributes that have no effect on later scans.
 _DROPPED: dict[type, frozenset[str]] = {
     AlarmList: frozenset({"history"}),
     DedicatedInputs: frozenset({"_last_change"}),
@@ -38,35 +37,35 @@ _DROPPED: dict[type, frozenset[str]] = {
 }
 #: Names of attributes with an absolute time that has no effect on later scans.
 _NO_EFFECT = frozenset({"now_us", "t_us", "executed"})
-#: Names of attributes with a due time; all times in the past have the same effect.
+#: Names of attributes with a due time. All due times in the past have the same effect.
 _DUE = frozenset({"_due_us", "wake_us"})
 #: Names of attributes with a duration.
 _DURATIONS = frozenset({"duration_us", "_interval_us", "_time_us", "servo_on_us", "operating_us"})
-#: Values of these types are compared as they are.
+#: Values of these types become a part of the key without conversion.
 _PLAIN = (bool, int, float, str, bytes, type(None))
 
 
 def relative(value: Any, now_us: int) -> Any:
-    """Return a value as nested tuples of plain values, with times counted from `now_us`."""
+    """Return a value as nested tuples of numbers and texts, with times relative to `now_us`."""
     return _Walk(now_us).of(value)
 
 
 class _Walk:
-    """One walk through the objects of a state."""
+    """The conversion of the objects of one state to nested tuples."""
 
     def __init__(self, now_us: int) -> None:
         self._now_us = now_us
         self._inside: set[int] = set()
 
     def of(self, value: Any) -> Any:
-        """Return a value as nested tuples."""
+        """Return an object of the state as nested tuples."""
         kind = type(value)
         if kind in _PLAIN:
             return value
         for types, reduced in _REDUCED:
             if isinstance(value, types):
                 return reduced(self, value)
-        if id(value) in self._inside:  # a reference back to an object that contains this one
+        if id(value) in self._inside:  # the object contains itself: a reference to an outer object
             return ...
         self._inside.add(id(value))
         try:
@@ -77,11 +76,11 @@ class _Walk:
             self._inside.discard(id(value))
 
     def pairs(self, value: Mapping[Any, Any]) -> Any:
-        """Return the entries of a mapping, in their order."""
+        """Return the entries of a mapping as pairs, in the order of the mapping."""
         return tuple((self.of(key), self.of(one)) for key, one in value.items())
 
     def function(self, value: Any) -> Any:
-        """Return a function by its name, with the values that it has captured."""
+        """Return a function as its name and the values that it has captured."""
         cells = tuple(self.of(cell.cell_contents) for cell in value.__closure__ or ())
         return value.__module__, value.__qualname__, cells, self.of(value.__defaults__)
 
@@ -94,14 +93,14 @@ class _Walk:
     def _attribute(self, name: str, one: Any) -> Any:
         if not name.endswith("_us") or name in _DURATIONS or one is None:
             return self.of(one)
-        # A name that is not in the tables counts as an absolute time without a limit. At worst,
-        # states that behave alike then have different keys; different states never have the same
-        # key.
+        # A name that is not in the tables counts as an absolute time without a limit. In the worst
+        # case, states that behave alike then have different keys. States that behave differently
+        # never have the same key.
         since_us = one - self._now_us
         return max(0, since_us) if name in _DUE else since_us
 
     def machine(self, value: Machine) -> Iterator[Any]:
-        """Yield the parts of a machine, with its pending answers relative to now."""
+        """Yield the state of a machine. The times of pending answers are relative to now."""
         for part in self._attributes(value):
             if part[0] != "pending":
                 yield part
@@ -110,7 +109,7 @@ class _Walk:
             yield "rng", value.rng.getstate()
 
     def programs(self, value: Programs) -> Iterator[Any]:
-        """Yield the parts of the programs, with their pulses relative to now."""
+        """Yield the state of the robot programs. The times of their pulses are relative to now."""
         for name, one in _named(value):
             if name == "_pulses":
                 yield name, tuple((due - self._now_us, place.name) for due, place in one)
@@ -118,7 +117,7 @@ class _Walk:
                 yield name, self.of(one)
 
     def task(self, value: RobotTask) -> Iterator[Any]:
-        """Yield the parts of a task; its times are reduced to the remaining wait."""
+        """Yield the state of a task. Its times are replaced by the remaining waiting time."""
         for name, one in _named(value):
             if name not in ("program", "code", "since_us", "elapsed_us", "until_us"):
                 yield name, self.of(one)
@@ -127,11 +126,14 @@ class _Walk:
             passed_us = value.passed_us(self._now_us)
         at = value.code.code[value.at].kind if value.at < len(value.code.code) else ""
         left_us = None if value.until_us is None else value.until_us - passed_us
-        # A program that is only a duration depends on its progress.
+        # For a program that is only a duration, the progress decides when it ends.
         yield "left", left_us, passed_us if at == "duration" else None
 
     def inputs(self, value: DedicatedInputs) -> Iterator[Any]:
-        """Yield the parts of the dedicated inputs; a change older than the interval is dropped."""
+        """Yield the state of the dedicated inputs.
+
+        A change is left out if it is older than the minimum interval of two changes.
+        """
         for part in self._attributes(value):
             if part[0] == "_changed_us" and part[1] is not None:
                 yield part[0], max(part[1], -dict(_named(value))["_interval_us"])
@@ -158,7 +160,7 @@ def _draws(config: RobotConfig) -> bool:
     )
 
 
-#: Types by which a value is reduced before its attributes are read.
+#: Types with a special conversion. The attributes of all other objects are converted.
 _REDUCED: list[tuple[Any, Callable[[_Walk, Any], Any]]] = [
     (Enum, lambda walk, value: value.name),
     ((tuple, list), lambda walk, value: tuple(map(walk.of, value))),

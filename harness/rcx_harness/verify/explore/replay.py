@@ -40,7 +40,7 @@ def replay(
         if settings.robot:
             given |= {"robot": RobotConfig(size=settings.size), "m": settings.m, "n": settings.n}
             return Cell.build(Compiled(sources, given.pop("engine")), **given)
-        paths = [one.path for one in broken.path if one.path]  # no other events come from outside
+        paths = [one.path for one in broken.path if one.path]  # inputs that change
         return Bench.build(sources, watch=paths, **given)
 
     with replayed(

@@ -1,4 +1,4 @@
-"""The tables of the abstraction: the variables of the library's blocks that have a later effect."""
+"""The tables of the abstraction: the variables of the blocks that influence later scans."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The exploration of a program: all moves of its panel and a small controller, in any order."""
+"""The exploration of a program: inputs and a small controller change in every possible order."""
 
 from __future__ import annotations
 
@@ -45,9 +45,10 @@ __all__ = ["Choice", "Explored", "Settings", "explore", "refuse"]
 
 #: Number of bytes of the digest that identifies a state.
 _DIGEST = 16
-#: Bytes of the length field at the end of a state, after the controller and the monitors.
+#: Number of bytes in the length field at the end of a state.
 _LENGTH = 4
-#: The search uses one process for this time [s], because workers slow down a short search.
+#: The search begins in one process for this time [s], because worker processes would slow down a
+#: short search.
 _ALONE_S = 1.0
 
 
@@ -58,11 +59,11 @@ class Choice(NamedTuple):
     move: str
     path: str
     text: str
-    """The value as the user wrote it."""
+    """The new value of the input, as the user wrote it."""
     value: Any
 
     def tell(self) -> str:
-        """Return the choice in words."""
+        """Return a description of the choice in words."""
         parts = [MOVES[self.move]] if self.move else []
         parts += [f"{self.path} := {self.text}"] if self.path else []
         return ", ".join(parts) or "nothing"
@@ -75,14 +76,15 @@ class Settings:
     Attributes:
         inputs: Values of each input in Structured Text. An empty list for a BOOL means both values.
         always: Expressions that hold after every scan, in the names of the program.
-        properties: Further demands, which name variables by paths. Python is not supported.
+        properties: Properties from TOML files, which name variables by paths. Properties in Python
+            are not supported.
         faults: Names from `controller.FAULTS`.
         size: Bytes of the areas.
         m: Where the area from the controller begins.
         n: Where the area to the controller begins.
         robot: Whether there is a controller. Without a controller the program has no areas.
-        states: Most states to expand; 0 means all.
-        depth: Most scans from the start; 0 means any number.
+        states: Greatest number of states to expand; 0 means no limit.
+        depth: Greatest number of scans from the start; 0 means no limit.
         seed: The seed of the random checks of the abstraction.
         report: Called with the number of expanded states and of known states.
     """
@@ -107,10 +109,10 @@ class Explored:
     """The result of an exploration.
 
     Attributes:
-        result: The figures, and the first broken rule with its path, which contains `Choice` items.
+        result: The figures, and the first broken rule with its path, a sequence of `Choice` items.
         inputs: The possible values of each input.
-        left: Inputs without given values, which stay at their initial value.
-        areas: The area that the PLC reads in each scan of the path, and the state of the link.
+        left: Inputs for which the user gave no values. They keep their initial values.
+        areas: For each scan of the path, the area that the PLC reads and the state of the link.
     """
 
     result: Result
@@ -158,7 +160,7 @@ def _of_original(error: InputError, copies: Copies) -> InputError:
 
 
 class _Program(World[Choice]):
-    """A program with its surroundings; a state contains both after a scan."""
+    """A program with its surroundings. A state contains the memory of both after a scan."""
 
     moves: Collection[str] = tuple(MOVES)
 
@@ -185,7 +187,7 @@ class _Program(World[Choice]):
         self._by_move = {move: [c for c in self.every if c.move == move] for move in self.moves}
 
     def _surround(self, project: Project) -> None:
-        """Find the areas of the program."""
+        """Find the variables of the program that contain the areas."""
         self._image = find_image(
             self.program,
             size=self._settings.size,
@@ -209,7 +211,7 @@ class _Program(World[Choice]):
         return zlib.compress(state, 1)
 
     def unpacked(self, packed: bytes) -> bytes:
-        """Return the state from its compressed form."""
+        """Decompress a state that `packed` returned."""
         return zlib.decompress(packed)
 
     def choices(self, state: bytes) -> Sequence[Choice]:
@@ -226,7 +228,7 @@ class _Program(World[Choice]):
         ]
 
     def _possible(self, small: Small, wire: Wire) -> Iterable[str]:
-        """Return the possible moves of the controller."""
+        """Return the moves that the controller may make in a state."""
         return small.moves(wire, self._settings.faults)
 
     def step(self, state: bytes, choice: Choice) -> tuple[bytes, list[str]]:
@@ -238,7 +240,7 @@ class _Program(World[Choice]):
         """Check that the abstraction is sound for one step.
 
         The same scan runs at another time, with other tickets and scan numbers. It must lead to the
-        same state. Otherwise the abstraction has dropped a variable that has an effect.
+        same state. If it does not, the abstraction has left out a variable with an effect.
         """
         now_us = self._state.disturb(state, 1, random)
         there, broken = self._scan(state, choice, now_us)
@@ -250,7 +252,7 @@ class _Program(World[Choice]):
             )
 
     def areas(self, path: Sequence[Choice]) -> Iterator[tuple[bytes, bool]]:
-        """Yield the area that the PLC reads in each scan of a path, and the state of the link."""
+        """Yield, for each scan of a path, the area that the PLC reads and the state of the link."""
         state = self.first()
         for choice in path:
             small = self._after(state, choice)
@@ -286,7 +288,7 @@ class _Program(World[Choice]):
         self._image.put(small.area(self._settings.size), small.link)
 
     def _get(self, small: Small, now_us: int) -> tuple[Wire, list[str]]:
-        """Return the output area of the program, and the rules that it has broken."""
+        """Return the output area of the program, and the rules that the program has broken."""
         self._areas = so, si = small.area(self._settings.size), self._image.get()
         return Wire.of(si), self._monitors.scan(now_us, so, si, connected=small.link)
 
@@ -302,7 +304,7 @@ class _Program(World[Choice]):
 
 
 class _Alone(_Program):
-    """A program without a controller; used for `Settings.robot` False."""
+    """A program without a controller, used if `Settings.robot` is False."""
 
     moves = ("",)
 
@@ -323,18 +325,21 @@ class _Alone(_Program):
 
 
 def _packed(memory: tuple[Any, ...]) -> bytes:
-    """Return the memory of controller, demands and monitors; equal memory has equal bytes."""
+    """Return the memory of controller, properties and monitors as bytes.
+
+    Equal memory gives equal bytes.
+    """
     small, wire, *others = memory
     stream = BytesIO()
     pickler = pickle.Pickler(stream, protocol=5)
-    pickler.fast = True  # the bytes must not depend on the identity of objects
+    pickler.fast = True  # equal objects must give equal bytes, even if they are not the same object
     pickler.dump((tuple(small), tuple(wire), *others))
     packed = stream.getvalue()
     return packed + len(packed).to_bytes(_LENGTH, "little")
 
 
 def _memory(state: bytes) -> tuple[Any, ...]:
-    """Return the memory that is stored in a state."""
+    """Return the memory of the program that is stored in a state."""
     length = int.from_bytes(state[-_LENGTH:], "little")
     return _unpacked(state[-_LENGTH - length : -_LENGTH])
 
@@ -362,7 +367,10 @@ def refuse(project: Project) -> None:
 
 
 def _left(project: Project, world: _Program) -> list[str]:
-    """Return the inputs without given values: variables that no program and no scanner sets."""
+    """Return the inputs without values from the user.
+
+    Inputs are variables that neither a program nor the scanner sets.
+    """
     given = {path.upper() for path in world.inputs}
     names = []
     for instance, block in project.instances.items():

@@ -23,7 +23,7 @@ def is_port(text: str) -> bool:
 
 
 def bits_of(place: Port) -> set[tuple[bool, int]]:
-    """Return the bits of an area that form a port, with their direction."""
+    """Return the bits of an area that belong to a port, and the direction of the port."""
     if place.bit is not None:
         return {(place.output, 8 * place.at + place.bit)}
     return {(place.output, 8 * place.at + k) for k in range(8 * place.size)}
@@ -34,7 +34,7 @@ def bit_reader(
 ) -> tuple[Callable[[], bool], tuple[str, ...]]:
     """Return a function that reads a bit, and the variables that it reads.
 
-    A text that is not a port is a condition; the iterator `made` has its compiled form.
+    If the text is not a port, it is a condition. `made` yields the compiled condition.
     """
     if not is_port(text):
         condition = next(made)

@@ -6,10 +6,10 @@
     data = ["SIW(2)"]
     acknowledge = "SO(20)"
 
-The same table serves both directions: the PLC gives data to the robot (SI, SIW), or the robot to
-the PLC (SO, SOW). Statements of the robot program are judged as well. The robot program may read
-the PLC's data only while the strobe is ON. It may change its own data only while its strobe is OFF
-or acknowledged.
+The table works in both directions: the PLC sends data to the robot (SI, SIW), or the robot sends
+data to the PLC (SO, SOW). Statements of the robot program are judged, too. The robot program may
+read the PLC's data only while the strobe is ON. It may change its own data only while its strobe is
+OFF or acknowledged.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ __all__ = ["StableData", "stable_in"]
 
 _KEYS = ("name", "strobe", "data", "acknowledge", "before", "after", "controller")
 _MOST_SCANS = 10_000
-#: Greatest number of scans in a message.
+#: Greatest number of scans that a message states.
 _SEVERAL = 3
 
 
@@ -43,9 +43,11 @@ class StableData(Declared):
     Attributes:
         strobe: A port such as `SI(20)`, or a condition in Structured Text.
         data: Ports such as `SIW(2)`, or variables of the program.
-        acknowledge: A port or a condition that ends the demand while the strobe is ON; or empty.
-        scans_before: The data must be stable from this many scans before the edge.
-        scans_after: The demand ends this many scans after the edge; 0: it ends with the strobe.
+        acknowledge: A port or a condition that ends the demand while the strobe is ON. Empty if
+            there is no acknowledgement.
+        scans_before: The data must be stable from this number of scans before the edge.
+        scans_after: The demand ends this number of scans after the edge. With 0 it ends with the
+            strobe.
         controller: The controller of the ports, from 1.
     """
 
@@ -58,12 +60,12 @@ class StableData(Declared):
 
     @property
     def kind(self) -> str:
-        """Return the kind of failure that this property reports."""
+        """Return the kind of the failures that this property reports."""
         return f"stable {self.name}"
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """Return the conditions in Structured Text."""
+        """Return the conditions of this property in Structured Text."""
         return tuple(one for one in (self.strobe, self.acknowledge) if one and not is_port(one))
 
     def follow(
@@ -78,7 +80,7 @@ class StableData(Declared):
 
 
 class _Stable:
-    """The evaluation of a `StableData`, scan by scan and access by access."""
+    """The evaluation of a `StableData`, for each scan and for each access of a robot program."""
 
     has_before = False
 
@@ -105,8 +107,8 @@ class _Stable:
         self.forget()
 
     def forget(self) -> None:
-        """Reset the memory, because the program starts again."""
-        self._was = True  # a strobe that is ON in the first scan has no edge
+        """Reset the memory of the property, because the program restarts."""
+        self._was = True  # if the strobe is ON in the first scan, there is no edge
         self._history: tuple[tuple[Any, ...], ...] = ()
         self._valid: tuple[Any, ...] | None = None
         self._scans = 0
@@ -116,7 +118,8 @@ class _Stable:
         """Evaluate a scan, and return whether the data have changed while they must be stable."""
         del now_us
         told = [self._judged(), *self._statements.broken()]
-        # A repeated statement is reported once; otherwise a loop would report it in each scan.
+        # A repeated statement is reported once. Otherwise a loop would report the statement in each
+        # scan.
         new = [one for one in told if one and one not in self._reported]
         self._reported |= {one for one in new if one != told[0]}
         self._said = "; ".join(new)
@@ -147,7 +150,7 @@ class _Stable:
         return said
 
     def _changed(self, old: Sequence[Any], new: Sequence[Any], when: str, scans: int) -> str:
-        """Return the data that have changed, and the number of scans before or after the edge."""
+        """Return the data that changed, and the distance of the change to the edge in scans."""
         changes = ", ".join(
             f"{name} from {a} to {b}"
             for name, a, b in zip(self.declared.data, old, new, strict=True)
@@ -167,15 +170,18 @@ class _Stable:
         return self._said
 
     def snapshot(self) -> object:
-        """Return the memory of the property."""
+        """Return a snapshot of the memory of the property."""
         return self._was, self._history, self._valid, self._scans, self._reported
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of the property."""
         self._was, self._history, self._valid, self._scans, self._reported = snapshot
 
     def memory(self, now_us: int) -> Hashable:
-        """Return the memory; scan counts are limited to the largest count with an effect."""
+        """Return the memory of the property.
+
+        Scan counts are limited to the largest count that has an effect.
+        """
         del now_us
         counted = 0
         if self._valid is not None:
@@ -183,7 +189,7 @@ class _Stable:
         return self._was, self._history, self._valid, counted, self._reported
 
     def remember(self, memory: Any, now_us: int) -> None:
-        """Restore a state that `memory` returned."""
+        """Restore the memory that `memory` returned."""
         del now_us
         self.restore(memory)
 
@@ -191,7 +197,7 @@ class _Stable:
 class _Statements:
     """The statements of robot programs that read or change the data of a `StableData`.
 
-    Only data and strobes that are ports of one direction are judged.
+    The statements are judged only if data and strobe are ports of the same direction.
     """
 
     def __init__(self, declared: StableData, cell: Bench | None) -> None:
@@ -213,7 +219,7 @@ class _Statements:
         return ports
 
     def broken(self) -> list[str]:
-        """Return the messages about statements since the last scan that broke the demand."""
+        """Return the messages about statements that broke the demand since the last scan."""
         if self._strobe is None or not self._robots or not self._data:
             return []
         recorded = self._ports().accesses or []

@@ -5,7 +5,7 @@
     within = "2s"
     while = "Main.State = CELL_RUNNING"
 
-It is the property of a handshake in which both sides wait for each other.
+The property is broken if PLC and robot wait for each other.
 """
 
 from __future__ import annotations
@@ -35,19 +35,20 @@ class Standstill(Declared):
     """A demand that something moves while a robot program runs, as declared by `[[deadlock]]`.
 
     Attributes:
-        during: A condition in Structured Text under which the demand holds; empty: always.
+        during: A condition in Structured Text. The demand applies only while it is TRUE. Empty:
+            always.
     """
 
     during: str = ""
 
     @property
     def kind(self) -> str:
-        """Return the kind of failure that this property reports."""
+        """Return the kind of the failures that this property reports."""
         return f"deadlock {self.name}"
 
     @property
     def texts(self) -> tuple[str, ...]:
-        """Return the conditions in Structured Text."""
+        """Return the conditions of this property in Structured Text."""
         return (self.during,) if self.during else ()
 
     def follow(
@@ -77,7 +78,7 @@ class _Standing:
         self.forget()
 
     def forget(self) -> None:
-        """Reset the memory, because the program starts again."""
+        """Reset the memory of the property, because the program restarts."""
         self._since_us: int | None = None
         self._seen: Hashable = None
         self._reported = False
@@ -97,7 +98,10 @@ class _Standing:
         return True
 
     def _state(self) -> Hashable:
-        """Return the state whose changes count as movement; None if no movement is demanded now."""
+        """Return the state in which every change counts as movement.
+
+        Return None if no movement is demanded now.
+        """
         cell = self._cell
         machines = [robot.machine for robot in cell.robots]
         if not cell.connected or not any(machine.program.busy for machine in machines):
@@ -110,27 +114,27 @@ class _Standing:
         return tuple(cell.exchanged()), places
 
     def told(self, program: Program) -> str:
-        """Return the message: the signals that the PLC and the robot programs wait for."""
+        """Return the message, with the signals for which PLC and robot programs wait."""
         del program
         assert self.declared.within_us is not None
         still = f"nothing has moved for {format_us(self.declared.within_us)}"
         return ": ".join(filter(None, (still, waits(self._cell))))
 
     def snapshot(self) -> object:
-        """Return the memory of the property."""
+        """Return a snapshot of the memory of the property."""
         return self._since_us, self._seen, self._reported
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the memory of the property."""
         self._since_us, self._seen, self._reported = snapshot
 
     def memory(self, now_us: int) -> Hashable:
-        """Return the memory without absolute times."""
+        """Return the memory of the property without absolute times."""
         passed_us = None if self._since_us is None else now_us - self._since_us
         return passed_us, self._seen, self._reported
 
     def remember(self, memory: Any, now_us: int) -> None:
-        """Restore a state that `memory` returned, as of `now_us`."""
+        """Restore the memory that `memory` returned; the time is now `now_us`."""
         passed_us, self._seen, self._reported = memory
         self._since_us = None if passed_us is None else now_us - passed_us
 

@@ -18,9 +18,9 @@ from structured_text.errors import InputError
 
 __all__ = ["plc_waits", "robot_waits", "waits"]
 
-#: Time in which the PLC must react [us], and the least and greatest number of scans for it.
+#: Time of a trial in which the PLC can react [us], and its least and greatest number of scans.
 _REACTS_US, _LEAST, _MOST = 1_000_000, 3, 200
-#: Pairs of bits are tried among at most this many bits.
+#: If there are more bits than this number, pairs of bits are not tried.
 _MOST_IN_PAIRS = 12
 _WAIT = re.compile(r"\bWAIT\s+((?:[^':\"]|\"[^\"]*\")+)", re.IGNORECASE)
 
@@ -47,7 +47,7 @@ def robot_waits(cell: Cell) -> Iterator[str]:
 
 
 def _doing(task: RobotTask) -> str:
-    """Return the line of a task, and its condition if it waits for one."""
+    """Return the line of a task, and the condition for which the task waits."""
     code = task.code
     text = code.texts[task.line - 1].strip() if task.line <= len(code.texts) else ""
     kind = code.code[task.at].kind if task.at < len(code.code) else ""
@@ -74,12 +74,12 @@ def plc_waits(cell: Cell) -> list[str]:
             if single or len(bits) > _MOST_IN_PAIRS:
                 return single
             return [trial.words(pair) for pair in combinations(bits, 2) if trial.reacts(pair)]
-        except InputError:  # the trial stops the PLC, so it has no result
+        except InputError:  # an error in the trial stops the PLC, so the trial has no result
             return []
 
 
 class _Trial:
-    """Trial scans of the PLC's program with inverted bits of the robots, in `trial_of_program`."""
+    """Trial scans of the PLC program in which output bits of the robots are inverted."""
 
     def __init__(self, cell: Cell) -> None:
         self._cell = cell

@@ -1,1 +1,1 @@
-"""Proofs of a program in a cell: the program's surroundings and replays of counterexamples."""
+"""Proofs of a program in a cell: its free inputs, and replays of counterexamples."""

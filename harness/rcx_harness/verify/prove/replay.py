@@ -1,4 +1,4 @@
-"""A counterexample, written as a stimulus file and run on the built-in engine."""
+"""Replay of a counterexample: it becomes a stimulus file, and is run on the built-in engine."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ __all__ = ["entries", "replay"]
 
 
 def entries(run: Counterexample, around: Surroundings) -> Iterator[Entry]:
-    """Yield the stimulus of a run: each change at its time."""
+    """Yield the stimulus of a counterexample: each change of an input at its time."""
     before: dict[int, tuple[bytes, bool]] = {}
     values = {one.name: one.initial for one in around.inputs}
     kinds = {one.name: one.type for one in around.inputs}
@@ -65,7 +65,7 @@ def replay(
     lib: Path | None = None,
     chart: Path | None = None,
 ) -> Replayed:
-    """Write the stimulus file of a run, and run it on the built-in engine: in a cell, or alone.
+    """Write the stimulus file of a counterexample, and run it on the built-in engine.
 
     `about` is the comment at the beginning of the stimulus file.
     """

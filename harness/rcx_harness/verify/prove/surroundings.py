@@ -27,7 +27,7 @@ __all__ = ["Area", "CellSurroundings"]
 
 @dataclass(frozen=True)
 class Area:
-    """The input area of one controller, and the variable with its link status, if any."""
+    """The input area of one controller, and the variable with the link status if there is one."""
 
     controller: int
     size: int
@@ -38,7 +38,7 @@ class Area:
 
 
 class CellSurroundings(Surroundings):
-    """The program of a project in a cell with its controllers."""
+    """The controllers around a program in a proof. Their areas and link states are free."""
 
     def __init__(self, project: Project) -> None:
         program, located = BuiltinProgram.build(project), reads_located(project)
@@ -81,7 +81,7 @@ class CellSurroundings(Surroundings):
         return f"byte m+{number}"
 
     def _held(self, area: Area) -> Iterator[Path]:
-        """Yield those variables of an area that the scanner writes."""
+        """Yield the variables of one controller that the scanner writes."""
         for slot in area.image.slots:
             path, _ = path_of(self.project, slot.path.partition("[")[0])
             yield path
@@ -126,7 +126,7 @@ class CellSurroundings(Surroundings):
 
 
 def _status(project: Project, number: int) -> Path | None:
-    """Return the link status variable, `Main.Connected`, or `Main.Connected2` of controller 2."""
+    """Return the variable with the link status, such as `Main.Connected`."""
     wanted = "CONNECTED" if number == 1 else f"CONNECTED{number}"
     for name, block in project.instances.items():
         for variable in block.variables:

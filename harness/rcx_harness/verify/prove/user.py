@@ -31,7 +31,7 @@ LIBRARY = Library(
     calls="A call of the library's blocks may do anything to its instance, its Robot and its "
     "Image.",
 )
-#: Assumptions for a program without a robot, which needs nothing of the library.
+#: Assumptions for a program without a robot, which does not use the library.
 _ALONE = replace(LIBRARY, areas={}, reference="")
 
 
@@ -43,7 +43,7 @@ class Settings(user.Settings):
         lib: The folder of the library; None: the library of this package.
         robot: Whether there is a controller. Without a controller the program has no areas.
         replace: Files with Structured Text that replace POUs of a project, by name.
-        device: The device to read of a project with several devices.
+        device: The device to read if a project has several devices.
     """
 
     lib: Path | None = None
@@ -77,7 +77,7 @@ class CellBench:
         return CellSurroundings(project)
 
     def blame(self, error: InputError) -> InputError:
-        """Return the error, with a hint if the library of `--lib` is incomplete."""
+        """Return the error, with a hint if the library from `--lib` is incomplete."""
         return blame_lib(error, self.lib)
 
     def replay(
@@ -90,11 +90,11 @@ class CellBench:
         about: str,
         chart: Path,
     ) -> Replayed:
-        """Write the stimulus file of a run, and run it."""
+        """Write the stimulus file of a counterexample, and run it."""
         return replay(run, around, files, stimulus, about=about, lib=self.lib, chart=chart)
 
     def command(self, run: Counterexample, around: Surroundings, stimulus: Path) -> str:
-        """Return the command that replays a run."""
+        """Return the command line that replays a counterexample."""
         words = ["rcx run", *map(quoted, self.files)]
         words += [f"--lib {quoted(self.lib)}"] if self.lib else []
         words += [f"--replace {name}={quoted(file)}" for name, file in self.replace.items()]

@@ -19,11 +19,11 @@ from structured_text.farm import Farm, ResultFile
 
 __all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
 
-#: Greatest number of runs to shorten a failure, and to separate its class from another class.
+#: Greatest number of runs to shorten a failure, and to separate two classes of failures.
 _TRIES, _OTHERS = 150, 12
-#: Greatest number of further runs that remove unnecessary actions of the recoveries.
+#: Greatest number of additional runs that remove unnecessary actions of recoveries.
 _MORE_TRIES = 80
-#: Greatest number of classes of one kind.
+#: Greatest number of classes for failures of one kind.
 _MOST_OF_A_KIND = 5
 
 
@@ -31,11 +31,11 @@ class Seed(NamedTuple):
     """The result of a seed.
 
     Attributes:
-        failures: Time [us] and text of each kind of failure.
-        virtual_us: Virtual time.
+        failures: Maps a kind of failure to its time [us] and its text.
+        virtual_us: Virtual time of the run [us].
         scans: Number of scans.
         acts: Number of events.
-        lines: Lines of robot programs that were reached.
+        lines: Lines of robot programs that the run reached.
     """
 
     failures: dict[str, tuple[int, str]]
@@ -46,7 +46,7 @@ class Seed(NamedTuple):
 
 
 class Unexplained(NamedTuple):
-    """Seeds that fail with one kind of failure. The seed with the shortest run comes first."""
+    """Work item: seeds that fail with the same kind of failure. The shortest run comes first."""
 
     kind: str
     seeds: tuple[int, ...]
@@ -58,7 +58,7 @@ class Explained(NamedTuple):
     Attributes:
         causes: The events and inputs that the failure needs in the shortest run. If there is no
             shortest run, the failure did not occur again.
-        rest: Seeds that also fail without these causes, so they need another explanation.
+        rest: Seeds that fail even without these causes, so they belong to another class.
         seeds: Seeds that belong to this class.
     """
 
@@ -86,11 +86,11 @@ class _Worker:
         self._moments = moments(self._course(0, ""), start, length_us, cells.library)
 
     def do(self, item: int | Unexplained) -> Any:
-        """Return the result of a seed, or a class of failures for seeds that fail alike."""
+        """Return the result of a seed, or the class of failures of an `Unexplained`."""
         return self._explained(item) if isinstance(item, Unexplained) else self._seed(item)
 
     def _storms(self, seed: int, course: Course) -> list[Storm]:
-        """Return all storms of a seed; a good run is a part of the first storm."""
+        """Return all storms of a seed. If there is a good run, it is a part of the first storm."""
         demands = self._demands
         number, scan_us = len(course.cell.robots), course.cell.timing.scan_us
         first, *others = draw_storms(demands, seed, number, scan_us, self._moments)
@@ -150,7 +150,7 @@ class _Worker:
         return Explained(told, tuple(causes), tuple(rest), tuple(same))
 
     def _flat(self, seed: int, course: Course, failure: Failure) -> tuple[Course, Failure]:
-        """Return a failing run as one storm without a start, shortened further.
+        """Return a failing run as one storm without a separate start, and shorten it further.
 
         Actions that started the cell, and actions of successful recoveries, may be removed.
         """
@@ -177,7 +177,7 @@ class _Worker:
         return _failure(self._course(seed, kind), some)
 
     def _fails_without(self, seed: int, causes: set[str], kind: str) -> bool:
-        """Return whether a seed fails with this kind even without any of these causes."""
+        """Return whether a seed still fails in the same way if these causes are removed."""
         course = self._course(seed, kind)
         left = [
             replace(one, acts=tuple(act for act in one.acts if causes.isdisjoint(_causes(act))))
@@ -196,7 +196,7 @@ def _failure(course: Course, some: Sequence[Storm]) -> Failure | None:
 
 
 def _causes(act: Entry) -> list[str]:
-    """Return the names of an action's events or variables, without its time and duration."""
+    """Return the events or variables of an action, without time and duration."""
     return [name for name, _ in act.events] or list(act.values)
 
 
@@ -216,7 +216,7 @@ def classes(
     """Return the classes of failures; failures of one kind with different causes are separate.
 
     `failing` has the failing seeds by kind of failure, each with the time of its failure [us]; the
-    earliest failure is shortened. `kept` are results of earlier calls.
+    earliest failure is shortened. `kept` has the results of earlier calls.
     """
     # Each round explains one seed of each kind. Seeds that also fail without these causes must have
     # another cause, so the next round explains them again. The number of rounds limits the number

@@ -23,7 +23,7 @@ from structured_text.projects.sources import is_ax, named_files, st_files
 
 __all__ = ["Cells", "CellsOf"]
 
-#: The options of a cell that are files.
+#: The options of `Cell.build` whose values are files.
 _FILES = ("lib", "replace", "robot")
 
 
@@ -32,7 +32,7 @@ class CellsOf:
     """The arguments from which a worker builds cells; they can be sent to another process.
 
     Attributes:
-        parcel: All files that are read.
+        parcel: The contents of all files.
         parts: The number of files of each group, in the order program, library, replacements,
             robots, demands, stimulus, files that the robot files name.
         options: Arguments of `Cell.build`, without files.
@@ -54,7 +54,7 @@ class CellsOf:
         demands: Sequence[Path] = (),
         stimulus: Path | None = None,
     ) -> CellsOf:
-        """Read all files.
+        """Read all files, and return the arguments for the workers.
 
         `demands` and `stimulus` are the files for `Demands.load`.
         """
@@ -87,7 +87,7 @@ class CellsOf:
         return cls(parcel, tuple(map(len, groups)), kept, tuple(replaced), depth)
 
     def make(self) -> Cells:
-        """Compile the program in this process."""
+        """Compile the program in this process, and return the cells."""
         with self.parcel.unpacked() as here:
             files = iter(here)
             program, lib, replaced, robots, demands, stimulus, _ = (
@@ -117,7 +117,7 @@ class CellsOf:
 
 
 def _with_projects(named: Sequence[Path]) -> Iterator[Path]:
-    """Yield the files, and for a project of several files everything in its folder."""
+    """Yield all files of the program. For a project of several files, yield its whole folder."""
     yield from named
     for file in named:
         if file.suffix.lower() == ".plcproj":
@@ -151,7 +151,7 @@ class Cells:
     def cell(self, seed: int, **changes: Any) -> Cell:
         """Return a new cell.
 
-        It uses the memory of the previous cell, which cannot be used any more.
+        The new cell uses the memory of the previous cell, so the previous cell is invalid.
         """
         gc.collect()
         return Cell.build(self._compiled, **{**self._options, **changes}, seed=seed)
@@ -164,5 +164,5 @@ class Cells:
 
     @property
     def notice(self) -> str:
-        """Return a line about the engine."""
+        """Return a line about the engine on which the cells run."""
         return self._compiled.notice

@@ -13,14 +13,14 @@ from rcx_harness.verify.storm.storms import Failure, StormRun
 
 __all__ = ["RECOVERY", "Course"]
 
-#: The kind of failure of a recovery that does not succeed.
+#: The name of the kind of failure for a recovery without success.
 RECOVERY = "recovery"
-#: If no recovery is demanded, the cell runs for this further time [us].
+#: If no recovery is demanded, the cell runs for this time after a storm [us].
 _AFTER_US = 1_000_000
 
 
 class Course(StormRun):
-    """Storms on a user's cell, checked by the user's demands."""
+    """A run with storms on a user's cell, checked by the user's demands."""
 
     def __init__(self, cell: Cell, demands: Demands) -> None:
         super().__init__(cell)
@@ -33,7 +33,7 @@ class Course(StormRun):
         self.back_us: int | None = None
         """The time [us] at which the last recovery began."""
         self.expect = ""
-        """The condition that did not hold in the recovery. A replay expects it."""
+        """The condition that did not hold in the recovery. A replay checks this condition."""
 
     def begin(self) -> None:
         """Start the cell, unless a good run contains the start."""
@@ -43,7 +43,7 @@ class Course(StormRun):
         self._back(self._operator.act)
 
     def come_to_rest(self) -> None:
-        """Wait without further faults until the controllers are back."""
+        """Wait without further faults until all controllers are connected again."""
         self._operator.wait_for_controllers(self)
 
     def recover(self) -> None:
@@ -79,7 +79,7 @@ class Course(StormRun):
             self.plan(Entry(self.cell.now_us, values=down))
 
     def paths(self, kind: str) -> tuple[str, ...]:
-        """Return the variables that the conditions behind a kind of failure name."""
+        """Return the variables in the conditions of a kind of failure."""
         return self._operator.paths if kind == RECOVERY else self.judge.paths(kind)
 
     def snapshot(self) -> object:
@@ -87,7 +87,7 @@ class Course(StormRun):
         return super().snapshot(), self.judge.snapshot()
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the run and of the properties."""
         state, judged = snapshot
         super().restore(state)
         self.judge.restore(judged)

@@ -30,7 +30,7 @@ FAULTS = (
     *(one for one in OPPOSITES if one != "warning"),
     *("power_cycle", "alarm", "packets_lost", "packets_late", "packets_doubled", "plc_overrun"),
 )
-#: The keys of properties; several files may contain them.
+#: The TOML keys of properties. Several files may contain them.
 _PROPERTIES = ("always", "eventually", "stable", "deadlock")
 _KEYS = ("length", "operator", "faults", *_PROPERTIES, "recover")
 #: The largest delay of a packet [us]. With the default of FB_WriteArea.Margin (150 ms), a delay up
@@ -53,7 +53,7 @@ class Demands:
         length_us: The longest time of a storm [us].
         properties: Conditions that always hold, or that must hold within a time.
         recovery: The demanded recovery; None: no recovery is demanded.
-        start: A good run that starts the cell. Empty: the recovery starts the cell.
+        start: Entries of a good run that starts the cell. If empty, the recovery starts the cell.
         start_file: The file of the good run.
         places: File and line of each input of the operator, if known.
     """
@@ -74,8 +74,8 @@ class Demands:
     def load(cls, files: Sequence[Path], stimulus: Path | None = None) -> Demands:
         """Read files of demands: TOML, or Python with properties.
 
-        Each table may occur in one file only. `stimulus` is a good run: if no file names inputs,
-        the BOOL inputs that it sets are the operator's switches.
+        Each table may occur in one file only. `stimulus` is a good run. If no file names inputs,
+        the BOOL inputs in the good run are the operator's switches.
         """
         tables: dict[str, tuple[Any, Path]] = {}
         properties: list[Declared] = []
@@ -116,7 +116,7 @@ class Demands:
         return cls(**made)
 
     def at_home(self, homes: Mapping[str, str]) -> Demands:
-        """Return these demands with the user's paths of files; `homes` maps copies to them."""
+        """Return these demands with the original paths; `homes` maps copied files to them."""
         recovery = self.recovery
         if recovery is not None and recovery.file is not None:
             recovery = replace(recovery, file=homes.get(recovery.file, recovery.file))
@@ -190,7 +190,7 @@ def _operator(table: Any, file: Path) -> dict[str, Any]:
 
 
 def _line(file: Path, path: str) -> int | None:
-    """Return the line of `[operator]` that names an input literally, or None."""
+    """Return the number of the line below `[operator]` that names an input, or None."""
     told = False
     for number, line in enumerate(toml_text(file).splitlines(), 1):
         told = told or "operator" in line

@@ -41,7 +41,7 @@ _CALM_LENGTHS = (1.0, 1.0, 1.0, 3.0)
 def draw_storms(
     demands: Demands, seed: int, controllers: int, scan_us: int, moments: Moments = ((), ())
 ) -> list[Storm]:
-    """Return the storms of a seed; the caller runs a recovery after each storm.
+    """Return the storms of a seed. The caller runs a recovery after each storm.
 
     The result depends only on the arguments. `moments` are the times of changes in the first storm
     and in later storms, in a run without faults.
@@ -56,7 +56,7 @@ def draw_storms(
         if drawn.inputs and random.random() < 0.15:
             storms.append(drawn.calm())
             continue
-        # Short storms find most failures; long storms find failures of slow processes.
+        # Short storms find most failures. Long storms find the failures of slow processes.
         share = random.choice(_LENGTHS) * random.uniform(0.3, 1.0)
         storms.append(drawn.storm(round(demands.length_us * share), others if number else first))
     return storms
@@ -69,11 +69,11 @@ class _Drawn:
         self.inputs = [kind for kind in ("buttons", "switches", "values") if getattr(demands, kind)]
         self._length_us = 0
         self._marks: list[int] = []
-        """Times at which something begins or ends. Many failures occur close to them."""
+        """Times at which an action begins or ends. Many failures occur close to these times."""
         self._moments: Sequence[int] = ()
 
     def storm(self, length_us: int, moments: Sequence[int]) -> Storm:
-        """Return a storm with some uses, faults and recoveries in random order."""
+        """Return a storm with some operator actions, faults and recoveries in random order."""
         random, demands = self._random, self._demands
         self._length_us = max(length_us, 2 * self._scan_us)
         self._marks = []
@@ -107,12 +107,12 @@ class _Drawn:
         return Storm(tuple(acts), length_us)
 
     def _value(self, path: str) -> Any:
-        """Return a possible value of a variable; the first and the last value are preferred."""
+        """Return a random value of a variable. The first and the last value are preferred."""
         values = self._demands.values[path]
         return self._random.choice((values[0], values[-1], self._random.choice(values)))
 
     def _time(self) -> int:
-        """Return a time in the storm, often close to another event."""
+        """Return a random time in the storm, often close to another event."""
         random, scan_us = self._random, self._scan_us
         how = random.random()
         if how < 0.4 and self._marks:
@@ -126,7 +126,7 @@ class _Drawn:
         return max(0, min(near_us + scans * scan_us, self._length_us))
 
     def _lasting(self, longest_us: int = _LONGEST_US) -> int:
-        """Return a duration between a scan and some seconds, distributed logarithmically."""
+        """Return a random duration from one scan to some seconds, distributed logarithmically."""
         share = self._random.random()
         lasts_us: float = self._scan_us * (longest_us / self._scan_us) ** share
         return max(1, round(lasts_us / self._scan_us)) * self._scan_us
@@ -183,7 +183,7 @@ class _Drawn:
         if together == 1 or not apart_us:
             yield Entry(t_us, values=dict.fromkeys(chosen, to), held_us=held_us)
             return
-        for number, name in enumerate(chosen):  # the presses follow each other
+        for number, name in enumerate(chosen):  # pressed one after the other, not together
             yield Entry(t_us + number * apart_us, values={name: to}, held_us=held_us)
 
     def _way_back(self) -> Iterator[Entry]:

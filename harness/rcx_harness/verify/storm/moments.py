@@ -17,9 +17,9 @@ __all__ = ["Moments", "moments"]
 Moments = tuple[tuple[int, ...], tuple[int, ...]]
 
 _DISCRETE = frozenset(("BOOL", "SINT", "INT", "DINT", "USINT", "UINT", "UDINT", "BYTE", "WORD"))
-#: A variable that changes in more than this part of the scans is ignored.
+#: If a variable changes in a greater share of the scans, it is ignored.
 _OFTEN = 0.1
-#: Time for which a good run is observed at most [us].
+#: Longest time for which a good run is observed [us].
 _LONGEST_US = 20_000_000
 
 
@@ -28,7 +28,7 @@ def moments(
 ) -> Moments:
     """Return the times at which states and flags of the user's blocks change without any fault.
 
-    `library` has names of types, in upper case, whose members are ignored.
+    `library` has the names of ignored types, in upper case.
     """
     course.wanted = ""
     length_us = min(length_us, _LONGEST_US)
@@ -55,7 +55,7 @@ class _Changes:
         self._read = cell.program.reader(list(_own(cell.program, library)))
 
     def over(self, length_us: int) -> tuple[int, ...]:
-        """Run for a while, and return the times of changes relative to now [us]."""
+        """Run for some time, and return the times of changes, relative to the beginning [us]."""
         cell, begin_us = self._cell, self._cell.now_us
         before = self._read()
         times: dict[int, list[int]] = {}

@@ -26,7 +26,7 @@ class Reached:
 
     @property
     def lines(self) -> tuple[Line, ...]:
-        """Return the reached lines of programs that are texts."""
+        """Return the reached lines of all programs with source text."""
         return tuple(sorted(self._found.intersection(_lines(self._cell))))
 
 
@@ -41,7 +41,7 @@ class _Observer:
         self._found.add((self._number, task.program.name, task.code.line(at)))
 
     def ends(self, task: RobotTask, at: int, to: int) -> None:
-        """Do nothing: its line was reached as it began."""
+        """Do nothing, because the line was recorded when the instruction began."""
 
 
 def unreached_lines(cell: Cell, reached: Collection[Line]) -> Iterator[str]:
@@ -57,7 +57,7 @@ def unreached_lines(cell: Cell, reached: Collection[Line]) -> Iterator[str]:
 
 
 def _lines(cell: Cell) -> Iterator[Line]:
-    """Yield all lines with a statement in programs that are texts."""
+    """Yield all lines with a statement in programs with source text."""
     for number, robot in enumerate(cell.robots, 1):
         for task in robot.program.tasks:
             for one in task.code.code if task.program.text else ():

@@ -19,7 +19,7 @@ from structured_text.output.units import format_us
 
 __all__ = ["Replay", "Replayed", "replay", "replay_of"]
 
-#: Numbers of the latest changes in the chart: of variables, and of all signals.
+#: How many of the latest changes the chart shows: of variables, and of all signals.
 _TOLD, _LATEST = 18, 12
 
 
@@ -39,7 +39,7 @@ class Replay:
 
     @property
     def lines(self) -> int:
-        """Return the number of lines of the file."""
+        """Return the number of lines of the stimulus file."""
         return self.text.count("\n")
 
 
@@ -56,7 +56,7 @@ def replay_of(
 ) -> Replay:
     """Return the replay of a run that has failed.
 
-    `expect` is the condition that did not hold; empty if the run itself reports the failure.
+    `expect` is the condition that did not hold. It is empty if the run reports the failure itself.
     """
     entries = sorted((one for one in done if one.t_us <= failure.t_us), key=lambda one: one.t_us)
     after_us = failure.t_us + min(1_000, scan_us // 2)
@@ -69,7 +69,7 @@ def replay_of(
 
 
 def replay(cells: Cells, one: Replay, stimulus: Stimulus) -> Replayed:
-    """Run a replay, checked by the rules, its own expectations and the properties."""
+    """Run a replay. The protocol rules, its own expectations and the properties are checked."""
     with cells.cell(one.seed) as cell:
         told_of = Course(cell, cells.demands).paths(one.kind)
     inputs = [path for entry in stimulus.entries for path in entry.values]
@@ -87,21 +87,24 @@ def replay(cells: Cells, one: Replay, stimulus: Stimulus) -> Replayed:
 
 
 class _Ending(Timeline):
-    """The chart of a run's end; operator's inputs and property's variables are at the top."""
+    """The chart of the end of a run.
+
+    Inputs of the operator and variables of the property come first.
+    """
 
     def lanes(self) -> list[Lane]:
-        """Return the lanes, with variables first."""
+        """Return the lanes of the chart. Variables come first."""
         variables = self._variables.lanes()
         names = {lane.name for lane in variables}
         return [*variables, *(lane for lane in super().lanes() if lane.name not in names)]
 
     def instants(self) -> list[int]:
-        """Return the times of the latest changes of variables, and of all changes."""
+        """Return the times of the latest changes: of variables, and of all signals."""
         of_variables = {t_us for lane in self._variables.lanes() for t_us, _ in lane.changes}
         return sorted({*sorted(of_variables)[-_TOLD:], *super().instants()[-_LATEST:]})
 
     def bands(self, widths: Sequence[int], room: int) -> list[Band]:
-        """Return the bands without the signals that are constant in them."""
+        """Return the bands. Signals that are constant in a band are left out of it."""
 
         def told(lane: Lane, band: Band) -> bool:
             return lane.always or lane.kind == "word" or any(map(lane.changes_at, band.instants))

@@ -1,4 +1,4 @@
-"""Saved results of earlier calls, with which the next call continues."""
+"""Saved results of earlier calls. The next call continues with them."""
 
 from __future__ import annotations
 
@@ -20,12 +20,12 @@ __all__ = ["saved_results"]
 
 
 def saved_results(file: Path, about: Mapping[str, str]) -> tuple[ResultFile[Any, Any], str]:
-    """Return the saved results of a file, and a notice if they must be computed again.
+    """Return the saved results in a file, and a notice if they must be computed again.
 
-    `about` has the files and options on which the results depend.
+    The results depend on the files and options in `about`.
 
     Raises:
-        InputError: The file exists and was not written by this program.
+        InputError: The file exists, and this program has not written it.
     """
     fresh = _rests_on_other(file, about)
     kept: ResultFile[Any, Any] = ResultFile(

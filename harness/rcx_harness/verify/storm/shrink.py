@@ -1,4 +1,4 @@
-"""The search for shorter storms that still fail in the same way (delta debugging)."""
+"""The search for shorter storms with the same failure (delta debugging)."""
 
 from __future__ import annotations
 
@@ -11,9 +11,9 @@ from rcx_harness.verify.storm.storms import Failure, Storm
 
 __all__ = ["shrink", "thin_out"]
 
-#: Greatest number of runs that are tried.
+#: Greatest number of runs to shorten one failure.
 MOST_TRIES = 250
-#: Times are rounded to multiples of these [us]; the coarsest is tried first.
+#: Times are rounded to multiples of these times [us]. The greatest of them is tried first.
 _ROUND_US = (1_000_000, 500_000, 100_000, 10_000, 1_000)
 
 _Item = TypeVar("_Item")
@@ -28,11 +28,11 @@ def shrink(
 ) -> tuple[list[Storm], Failure]:
     """Find a shorter run that fails in the same way.
 
-    `run` runs storms and raises the failure that they cause. At most `tries` runs are tried, and
-    `tried` is called after each of them.
+    `run` runs storms and raises the failure that they cause. At most `tries` runs are made. `tried`
+    is called after each run.
 
     Returns:
-        The storms of the shortest run found, and its failure.
+        The storms of the shortest run that was found, and the failure of this run.
     """
     best, found = list(storms), failure
 
@@ -80,12 +80,12 @@ def shrink(
 
 
 def _with(storms: Sequence[Storm], number: int, one: Storm) -> list[Storm]:
-    """Return the storms with the storm at index `number` replaced."""
+    """Return a copy of the storms in which the storm at index `number` is replaced."""
     return [*storms[:number], one, *storms[number + 1 :]]
 
 
 def thin_out(items: Sequence[_Item], fails: Callable[[list[_Item]], bool]) -> list[_Item]:
-    """Remove items in smaller and smaller groups as long as the remaining items fail."""
+    """Remove items in smaller and smaller groups. A group stays if the failure needs it."""
     left = list(items)
     piece = max(1, len(left) // 2)
     while True:

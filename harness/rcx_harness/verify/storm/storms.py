@@ -41,19 +41,22 @@ class Storm:
 
 
 def kind_of(violation: Violation) -> str:
-    """Return the kind of failure of a broken rule; a broken contract includes the block's name."""
+    """Return the kind of failure for a broken rule.
+
+    If the rule is about a block, the kind includes the name of the block.
+    """
     name = violation.text.partition(f"{violation.rule}: ")[2].partition(" ")[0].strip(":,")
     of_block = violation.rule in ("contract", "calls") and "." in name
     return f"rule {violation.rule}" + (f" of {name}" if of_block else "")
 
 
 class StormRun(ABC):
-    """Storms on a cell, each followed by rest and recovery."""
+    """A run of storms on a cell. A waiting time and a recovery follow each storm."""
 
     def __init__(self, cell: Cell) -> None:
         self.cell = cell
         self.done: list[Entry] = []
-        """All actions on the cell, at times from the beginning of the run."""
+        """All actions on the cell, with times from the beginning of the run."""
         self.wanted: str | None = None
         """Only a failure of this kind ends the run. None: any failure ends it."""
         self.failures: dict[str, Failure] = {}
@@ -62,23 +65,23 @@ class StormRun(ABC):
         self._judged = 0
         self._dropped: set[int] = set()
         self._ever: list[Entry] = []
-        """All planned actions, saved because `_dropped` contains their ids."""
+        """All planned actions. They stay in memory, because `_dropped` contains their ids."""
 
     def begin(self) -> None:
-        """Start the cell."""
+        """Start the cell, as a recovery does."""
         self.come_to_rest()
         self.recover()
 
     @abstractmethod
     def come_to_rest(self) -> None:
-        """Remove all causes of faults."""
+        """Remove the causes of all faults, and wait until the cell is at rest."""
 
     @abstractmethod
     def recover(self) -> None:
         """Execute the recovery, so that the cell works again."""
 
     def weathered(self) -> None:  # noqa: B027 - a run may have nothing to do then
-        """Do something after a recovery, when the cell works again; default: nothing."""
+        """Do something after a successful recovery. By default nothing is done."""
 
     def of(self, storms: Sequence[Storm]) -> None:
         """Run several storms in sequence."""
@@ -90,7 +93,7 @@ class StormRun(ABC):
             self.weathered()
 
     def weather(self, storm: Storm) -> None:
-        """Run a storm to its end."""
+        """Execute all actions of a storm, and wait until the last of them has ended."""
         begin_us = self.cell.now_us
         for act in storm.acts:
             self.plan(replace(act, t_us=begin_us + act.t_us))
@@ -111,12 +114,12 @@ class StormRun(ABC):
         self.done = [act for act in self.done if act.t_us < now_us]
 
     def snapshot(self) -> object:
-        """Return the state of run and cell."""
+        """Return a snapshot of the run and its cell."""
         known = list(self.done), set(self._dropped), dict(self.failures), self._judged
         return self.cell.snapshot(), known
 
     def restore(self, snapshot: Any) -> None:
-        """Restore a state that `snapshot` returned."""
+        """Restore a snapshot of the run and its cell."""
         state, (done, dropped, failures, self._judged) = snapshot
         self.cell.restore(state)
         self.done, self._dropped, self.failures = list(done), set(dropped), dict(failures)
@@ -127,7 +130,7 @@ class StormRun(ABC):
             self.apply(part)
 
     def apply(self, act: Entry) -> None:
-        """Apply an action now."""
+        """Apply an action to the cell at the current time."""
         act.apply(self.cell)
 
     def let_pass(self, duration_us: int) -> None:
@@ -139,13 +142,13 @@ class StormRun(ABC):
         self.check()
 
     def note(self, kind: str, text: str) -> None:
-        """Note a failure at the current time, for `check` to raise."""
+        """Record a failure at the current time. `check` raises it later."""
         self._found.append(Failure(kind, self.cell.now_us, text))
 
     def check(self) -> None:
         """Raise the earliest failure that was found.
 
-        Failures of other kinds than the wanted kind are added to `failures`.
+        If a failure is not of the wanted kind, it is added to `failures`.
         """
         new = self.cell.violations[self._judged :]
         self._judged += len(new)
@@ -157,14 +160,14 @@ class StormRun(ABC):
         self._found.clear()
 
     def fail(self, kind: str, text: str) -> NoReturn:
-        """Raise the earliest failure that was found, otherwise this failure."""
+        """Raise the earliest failure that was found. If there is none, raise this failure."""
         self.check()
         raise Failure(kind, self.cell.now_us, text)
 
     def wait(
         self, condition: Callable[[], bool], within_us: int, kind: str, what: Callable[[], str]
     ) -> int:
-        """Run until a condition holds, check, and return the elapsed time [us]."""
+        """Run until a condition holds, check for failures, and return the elapsed time [us]."""
         try:
             took_us = self.cell.run_until(condition, within=within_us)
         except CellTimeout:

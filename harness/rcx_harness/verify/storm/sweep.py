@@ -1,4 +1,4 @@
-"""Sweeps: every fault at every moment of a good run, and the moments without a recovery."""
+"""Sweeps: each fault in each scan of a good run, to find scans after which the cell fails."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ _ONCE = ("power_cycle", "alarm", "plc_overrun", "program_end")
 
 @dataclass(frozen=True)
 class Inject:
-    """An injection: an event at a controller, or values of inputs for a time."""
+    """An injection: an event at a controller, or temporary values of inputs."""
 
     name: str
     event: str = ""
@@ -36,7 +36,7 @@ class Inject:
     held_us: int | None = None
 
     def at(self, t_us: int) -> Entry:
-        """Return the action that makes this injection at a time [us]."""
+        """Return the action that executes this injection at the given time [us]."""
         events: tuple[tuple[str, Mapping[str, Any]], ...] = ()
         if self.event:
             events = ((self.event, {}),)
@@ -59,14 +59,14 @@ class Moments(NamedTuple):
 
 
 class Shown(NamedTuple):
-    """The work item that looks for the shortest run of a failing moment."""
+    """The work item that searches the shortest run to the failure of one scan."""
 
     inject: Inject
     scan: int
     kind: str
 
 
-#: By failing scan: the kinds of failures, each with a sentence.
+#: Maps a failing scan to its kinds of failures, each with a sentence.
 Failing = dict[int, dict[str, str]]
 
 
@@ -74,7 +74,7 @@ def injects(names: Sequence[str], controllers: int, hold_us: int) -> list[Inject
     """Return the injections that a user names.
 
     A name is an event (`link_down`, at every controller; `link_down@2`), or an input with a value
-    (`Main.CellSafe=false`). A lasting injection is held for `hold_us`.
+    (`Main.CellSafe=false`). `hold_us` is the duration of an injection that lasts.
     """
     found: list[Inject] = []
     for name in names:
@@ -133,7 +133,7 @@ def ranges(scans: Sequence[int], step: int) -> list[tuple[int, int]]:
 
 @dataclass(frozen=True)
 class Sweep:
-    """The work of a sweep for one worker: moments, or a failing moment to show."""
+    """The work of a sweep for one worker: it injects in scans, or shortens a failing run."""
 
     cells: CellsOf
     seed: int = 0
@@ -147,11 +147,11 @@ class _Worker:
     def __init__(self, cells: Cells, seed: int) -> None:
         self._cells, self._seed = cells, seed
         self._good: Course | None = None
-        """The good run; None: its program has run another cell since then."""
+        """The good run. None if the compiled program has run another cell since then."""
         self._known: dict[int, object] = {}
 
     def do(self, item: Moments | Shown) -> Any:
-        """Return the failing scans of moments, or the replay of a moment to show."""
+        """Return the failing scans of a `Moments`, or the replay of a `Shown`."""
         return self._shown(item) if isinstance(item, Shown) else self._moments(item)
 
     def _begun(self, entries: Sequence[Entry]) -> Course:
@@ -181,7 +181,7 @@ class _Worker:
         return failing
 
     def _shown(self, item: Shown) -> Replay | None:
-        """Return the replay of a moment, with the shortest part of the good run that it needs."""
+        """Return the replay of a failing scan, with only the necessary part of the good run."""
         self._good = None
         course = self._begun(self._cells.demands.start)
         _go_to(course, item.scan)
@@ -207,7 +207,7 @@ class _Worker:
 
 
 def _go_to(course: Course, scan: int) -> None:
-    """Run the course until shortly after a scan of the good run."""
+    """Run the good run until shortly after the given scan."""
     cell = course.cell
     if cell.scans <= scan:
         cell.scan(scan + 1 - cell.scans)
@@ -220,7 +220,7 @@ def _go_to(course: Course, scan: int) -> None:
 
 
 def _fails(course: Course, inject: Inject) -> Failure | None:
-    """Inject something now, wait for its end, execute the recovery, and return a wanted failure."""
+    """Inject now, wait for the end, and recover. Return a failure of a wanted kind, or None."""
     cell = course.cell
     try:
         course.plan(inject.at(cell.now_us))
@@ -235,7 +235,7 @@ def _fails(course: Course, inject: Inject) -> Failure | None:
 
 
 def told(moments: Sequence[tuple[int, int]], scan_us: int) -> str:
-    """Return ranges of scans as text."""
+    """Return ranges of scans as text, with the time of the first scan."""
     return (
         ", ".join(f"{first}" if first == last else f"{first} to {last}" for first, last in moments)
         + f" (the first at {format_us(moments[0][0] * scan_us)})"

@@ -1,4 +1,4 @@
-"""The files that campaign and sweep write to a folder; they never overwrite a user's file."""
+"""The files that campaign and sweep write to a folder. Files of the user are never overwritten."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ def check_folder(folder: Path) -> None:
 
 
 def write(folder: Path, files: Mapping[str, str]) -> None:
-    """Write files by their names, all or none.
+    """Write several files to a folder. If one cannot be written, write none.
 
     Raises:
-        InputError: A file exists and was not written by this program.
+        InputError: A file exists, and this program has not written it.
     """
     for name in files:
         check(folder / name)
@@ -42,7 +42,7 @@ def write(folder: Path, files: Mapping[str, str]) -> None:
 
 
 def forget(folder: Path) -> None:
-    """Remove the replays of an earlier call, with their charts."""
+    """Remove the replays and charts of an earlier call."""
     for file in sorted(folder.glob("*.toml")):
         chart = file.with_suffix(".svg")
         if file.read_bytes().startswith(BEGINS[".toml"]):
@@ -52,7 +52,7 @@ def forget(folder: Path) -> None:
 
 
 def command(replayed: Replay, words: Iterable[str], file: Path) -> str:
-    """Return the command that replays a run."""
+    """Return the command line that replays a failing run."""
     duration = f"{replayed.duration_us // 1000}ms"
     seed = ["--seed", str(replayed.seed)] if replayed.seed else []
     return " ".join(["rcx run", *words, *seed, "--stimulus", file.as_posix(), "--for", duration])

@@ -1,4 +1,4 @@
-"""Generators of docs/reference/blocks: for each block a page, and an example with run and chart.
+"""Generators of docs/reference/blocks: each block gets a page, and an example with run and chart.
 
 The sources are the heads and pins in plc/lib, the tables in spec/, and
 docs/reference/blocks/snippets.toml.
@@ -41,7 +41,7 @@ def files() -> dict[str, Callable[[], str]]:
 
 
 def files_of(name: str) -> dict[str, Callable[[], str]]:
-    """Return the generators of a block: page; for an example also program, stimulus and chart."""
+    """Return the generators of a block: page, and program, stimulus and chart of its example."""
     written: dict[str, Callable[[], str]] = {
         f"docs/reference/blocks/{name}.md": partial(block_page, name)
     }
@@ -54,7 +54,7 @@ def files_of(name: str) -> dict[str, Callable[[], str]]:
 
 
 def leftovers(root: Path = ROOT) -> list[str]:
-    """Return generated files that no generator makes any more, for example of a removed block.
+    """Return generated files that no generator makes any more, such as the page of a removed block.
 
     Only files with the mark of a generated file are returned, as paths relative to `root`.
     """

@@ -1,4 +1,4 @@
-"""The examples of the block pages: the entries of snippets.toml, and programs made from them."""
+"""The examples of the block pages: entries of snippets.toml, and the programs made from them."""
 
 from __future__ import annotations
 
@@ -30,9 +30,10 @@ __all__ += ["without"]
 FOLDER = ROOT / "docs/reference/blocks"
 _FILE = FOLDER / "snippets.toml"
 
-#: The robot file of most examples, in programs/.
+#: Name of the robot file of most examples, in programs/.
 ROBOT = "robot.toml"
-#: Time at which `Start` becomes TRUE. The controller is then running; SI(00) and SI(06) are ON.
+#: Time at which `Start` becomes TRUE. At this time the controller runs, and SI(00) and SI(06) are
+#: ON.
 START_US = 600_000
 
 _WIDTH = 100
@@ -44,8 +45,8 @@ class Step:
 
     Attributes:
         instance: Name of the instance.
-        block: Its type.
-        inputs: Values in ST; a list fills an array, a table a structure.
+        block: The type of the instance.
+        inputs: Values of the inputs in ST. A list fills an array, a table fills a structure.
         end: The output of the block that starts the next block.
         after: Whether the block is called after FB_WriteArea.
     """
@@ -63,20 +64,20 @@ class Snippet:
 
     Attributes:
         pou: The block that the example shows.
-        call: The call of the block; None if the frame of the program is the example.
-        before: Blocks that run earlier. The end of each block starts the next.
+        call: The call of the block. None if the example is only the frame of the program.
+        before: Blocks that run before the block. The end of each block starts the next block.
         about: A sentence for the page.
         events: Events in addition to the start, as tables of a stimulus file.
-        stop: Time at which `Start` becomes FALSE again, as text; empty if it stays TRUE.
+        stop: Time at which `Start` becomes FALSE again, as text. Empty if it stays TRUE.
         size: Size of the areas [byte].
         frame: Inputs of FB_ReadArea and FB_WriteArea that differ from the defaults.
         show: Additional lanes of the chart: `SI06`, `n+34.0 SI(20)`, `m+4 SOW(2)`,
             `Main.Connected`.
-        lanes: All lanes of the chart, as in plc/examples/charts.toml. The chart then has a linear
-            time axis. If empty, the chart shows the pins and signals that change, with one column
-            for each change.
-        buttons: Push buttons in addition to Start; the events set them.
-        last: Whether outputs are read at the end of the run instead of the end of the block.
+        lanes: All lanes of the chart, as in plc/examples/charts.toml. With `lanes` the chart has a
+            linear time axis. Without `lanes` it shows the pins and signals that change, with one
+            column for each change.
+        buttons: Push buttons in addition to Start. The events set these buttons.
+        last: Whether outputs are read at the end of the run, and not at the end of the block.
         robot: Name of the robot file in programs/.
     """
 
@@ -132,7 +133,7 @@ class Snippet:
         return any(pin.type == "RCX_IMAGE_WORDS" for pin in self.pou.pins)
 
     def command(self, seconds: str) -> str:
-        """Return the command with which a user runs it."""
+        """Return the command with which a user runs the example."""
         place = "docs/reference/blocks/programs"
         size = f" --size {self.size}" if self.size != 48 else ""
         return (
@@ -207,7 +208,7 @@ def _snippet(
 
 
 def program(snippet: Snippet) -> str:
-    """Return the program as ST text."""
+    """Return the program of an example as ST text."""
     name = snippet.pou.name.removeprefix("FB_")
     steps = snippet.steps
     head = [
@@ -224,9 +225,9 @@ def program(snippet: Snippet) -> str:
 
 
 def stimulus(snippet: Snippet) -> str:
-    """Return the text of the example's own stimulus file, or of the common one.
+    """Return the text of the example's own stimulus file, or of the common stimulus file.
 
-    It sets CellSafe at time 0. The programs do not set it themselves, because users copy them.
+    The stimulus sets CellSafe at time 0. The programs do not set CellSafe, because users copy them.
     """
     at: list[dict[str, Any]] = []
     if snippet.started:
@@ -301,7 +302,7 @@ def _step(step: Step, start: str) -> Iterator[str]:
 
 
 def _filled(name: str, value: Any, kind: str) -> Iterator[str]:
-    """Yield assignments that give a variable its value; zero values need no assignment."""
+    """Yield assignments that give a variable its value. Zero values need no assignment."""
     if isinstance(value, list):
         for k, one in enumerate(value, 1):
             yield from _filled(f"{name}[{k}]", one, kinds()[kind].element)
@@ -335,7 +336,7 @@ def _call(instance: str, inputs: Mapping[str, Any]) -> Iterator[str]:
 
 
 def own_pins(block: str) -> list[Pin]:
-    """Return in-out pins other than robot and image; each needs a variable of the program."""
+    """Return the in-out pins except robot and image; each needs a variable of the program."""
     pins = pous()[block].of("VAR_IN_OUT")
     return [pin for pin in pins if pin.name not in ("Robot", "Image")]
 

@@ -1,4 +1,4 @@
-"""Generator of the block pages docs/reference/blocks/FB_X.md, and of a page for all functions."""
+"""Generator of the pages docs/reference/blocks/FB_X.md, and of one page for all functions."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ __all__ = ["CHART_MARK", "MARK", "block_chart", "block_page", "functions_page", 
 #: First line of every generated page in docs/reference/blocks.
 MARK = "<!-- generated from plc/lib, spec/ and docs/reference/blocks/snippets.toml by `make docs`"
 
-#: Mark of a generated chart, below the first line of the file.
+#: Mark of a generated chart. It stands below the first line of the file.
 CHART_MARK = "<!-- generated from docs/reference/blocks/snippets.toml by `make docs` -->"
 
 _ZERO = {
@@ -37,9 +37,9 @@ _ZERO = {
     "DWORD": "16#00000000",
 }
 _DIGITS = {"BYTE": 2, "WORD": 4, "DWORD": 8}
-#: Tests that run for every command block.
+#: Tests that are run for every command block.
 _OF_ALL_COMMANDS = ("tests/command/test_command_blocks.py",)
-#: Largest number of blocks that the page of an internal block names as its users.
+#: Greatest number of blocks that the page of an internal block lists as its users.
 _SHOWN_USERS = 4
 _WHOLE = "Complete program, stimulus, robot"
 
@@ -162,7 +162,7 @@ def tasks() -> dict[str, list[str]]:
 
 
 def _choices(name: str) -> Iterator[str]:
-    """Yield a table that says when to use the block, and when to use similar blocks."""
+    """Yield a table about the choice between the block and similar blocks."""
     rows: dict[str, str] = {}
     for choice in _alternatives():
         if name in choice:
@@ -276,7 +276,7 @@ def _example(run: Run) -> Iterator[str]:
 
 
 def _robot_side(pou: Pou) -> Iterator[str]:
-    """Yield the robot program that the block works with, as text to copy."""
+    """Yield the robot program for the block, as text that users can copy."""
     for file in sorted((ROOT / "plc/robot").glob("*.PGM")):
         if any(file.name in paragraph for paragraph in pou.about):
             text = file.read_text(encoding="utf-8").strip()
@@ -304,7 +304,7 @@ def _timing(run: Run) -> str:
 
 
 def _code(snippet: Snippet) -> str:
-    """Return the lines that the example adds to a program, taken from the program's text."""
+    """Return the lines of a program that an example has added to it."""
     text = program(snippet)
     names = {step.instance for step in snippet.steps}
     for step in snippet.steps:
@@ -341,7 +341,7 @@ def _value(value: Any, kind: str) -> str:
 
 
 def _structure(value: Mapping[str, Any], types: Mapping[str, str]) -> str:
-    """Return the fields that are not 0, FALSE or empty, in parentheses."""
+    """Return the fields of a structure as text in parentheses, without zero values."""
     given = [(name, one) for name, one in value.items() if one]
     if all(isinstance(one, bool) for _, one in given):
         return f"({', '.join(name for name, _ in given)} TRUE)" if given else "(nothing)"
@@ -404,7 +404,8 @@ def _see_also(pou: Pou) -> Iterator[str]:
 def _neighbours(pou: Pou) -> list[str]:
     """Return related blocks.
 
-    One block names the other, or both have the same section of the guide, or they are twins.
+    Two blocks are related if one names the other, if both have the same section of the guide, or if
+    they are twins for bytes and words.
     """
     found = [name for name in pou.said if name in pous()]
     names = [one.name for one in pous().values() if pou.name in one.said]

@@ -78,7 +78,7 @@ _CATEGORIES = {
 
 
 def panel_page() -> str:
-    """Return the sheet as HTML."""
+    """Return the sheet for the panel as HTML."""
     body = [*_front(), *_back()]
     return "\n".join(
         [
@@ -149,7 +149,7 @@ def _back() -> Iterator[str]:
 
 
 def _sender(command: Command) -> str:
-    """Return the block that sends a command, and the command if the block sends several."""
+    """Return the block that sends a command. If it sends several commands, add the command."""
     if not command.code:
         return "status reset (FB_WriteArea)"
     block = next(one for one in library().blocks.values() if command in one.commands)
@@ -157,12 +157,12 @@ def _sender(command: Command) -> str:
 
 
 def _error(one: dict[str, Any]) -> tuple[str, ...]:
-    """Return code, name and remedy."""
+    """Return code, name and remedy of an error."""
     return (f"<code>16#{one['id']:04X}</code>", one["name"], one["remedy"])
 
 
 def _rows(head: Sequence[str], rows: Iterable[Sequence[str]]) -> Iterator[str]:
-    """Yield the lines of a table. A cell that begins with a tag is HTML already."""
+    """Yield the lines of an HTML table. A cell that begins with a tag is already HTML."""
     yield f"<table><tr>{''.join(f'<th>{escape(one)}</th>' for one in head)}</tr>"
     for row in rows:
         cells = (one if one.startswith("<") else escape(one) for one in row)

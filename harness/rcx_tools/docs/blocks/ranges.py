@@ -18,14 +18,14 @@ _SAID = re.compile(
     r"-?\d+(?:\.\d+)?(?:\.\.| to )-?\d+(?:\.\d+)?"
     r"(?:(?:, | \.\. |, with Size 256 also )\d+\.\.\d+)*"
 )
-#: Ranges of the area inputs, because their comments do not follow the pattern.
+#: Ranges of inputs of the area blocks. The comments of these inputs do not follow the pattern.
 _AREAS = {"Size": "48, 256", "m": "0 to ImageSize - Size", "n": "0 to ImageSize - Size"}
 
 _REAL_STEPS = 8191.999
 
 
 def range_of(pou: Pou, pin: Pin) -> str:
-    """Return the legal values of an input in words; empty if the type is sufficient.
+    """Return the legal values of an input in words. Empty if all values of the type are legal.
 
     Args:
         pou: The block.
@@ -50,7 +50,7 @@ def range_of(pou: Pou, pin: Pin) -> str:
 
 
 def _refused_members(pou: Pou, pin: Pin) -> set[str]:
-    """Return members of an enumeration that are not legal in the field of the command."""
+    """Return the members of an enumeration that are not legal in the field of a command."""
     tables = library()
     block, enumeration = tables.blocks.get(pou.name), tables.enumerations.get(pin.type)
     entries = block.inputs if block else ()
@@ -88,7 +88,7 @@ def _of_field(block: Block, entry: Input, part: Field) -> str:
 
 
 def _members(block: Block, field: str, values: Sequence[int]) -> str:
-    """Return values of a field as members of the enumeration of the pin that fills the field."""
+    """Return values of a field as members of an enumeration: the type of the pin for this field."""
     filler = next(one for one in block.inputs if field in one.to)
     names = {one.value: one.name for one in library().enumerations[filler.type].members}
     return ", ".join(f"`{names[value]}`" for value in values)

@@ -1,4 +1,4 @@
-"""Run of an example in the virtual cell: the block's outputs, times, and signal changes."""
+"""The run of an example in the virtual cell: outputs of the block, times, and signal changes."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ from structured_text.errors import InputError
 __all__ = ["Run", "run_of", "run_snippet"]
 
 
-#: Time limit of a run; it exceeds the longest movement of the examples.
+#: Time limit of a run. It is longer than the longest movement of the examples.
 _LONGEST_US = 20_000_000
-#: Run time after the start if the block does not end, else run time after its end.
+#: If a block does not end, a run continues for this time after the start, else after its end.
 _AFTER_US = 300_000
-#: A chart with a linear time axis begins this long before the start of the block.
+#: A chart with a linear time axis begins this time before the start of the block.
 _BEFORE_US = 100_000
 
-#: WORD pins whose value is already shown by a BOOL pin or by a table of the page.
+#: WORD pins that are not shown, because a BOOL pin or a table of the page shows their value.
 _NUMBERS = ("ErrorID", "AlarmGroup", "AlarmCategory", "Code")
-#: Order of the contract's outputs. They follow the inputs.
+#: Order of the PLCopen outputs in a chart. They are below the inputs.
 _ORDER = {"Busy": 2, "Active": 3, "Done": 4, "Valid": 4, "Error": 5}
 
 
@@ -44,10 +44,10 @@ class Run:
         lanes: The signals that changed, in the order of the chart.
         left_out: Addresses of words that changed but are not drawn.
         outputs: The block's own outputs at the end, by name.
-        took_us: Time from the start of the block to its end; None for a block without a start
+        took_us: Time from the start of the block to its end. None for a block without a start
             input.
-        seconds: Run time that `rcx run` needs to show the same, as text.
-        scaled: Recorder of a chart with a linear time axis; None if the example has no such chart.
+        seconds: The value of `--for` with which `rcx run` shows the same, as text.
+        scaled: Recorder of a chart with a linear time axis. None if the example has no such chart.
     """
 
     snippet: Snippet
@@ -60,12 +60,12 @@ class Run:
 
     @property
     def timeline(self) -> Timeline:
-        """Return the chart of the run."""
+        """Return the lanes of the run as data for a chart."""
         return _Lanes(self.lanes)
 
 
 class _Lanes(Timeline):
-    """A chart of given lanes that begins at the start of the block."""
+    """A chart of selected lanes that begins at the start of the block."""
 
     def __init__(self, lanes: Sequence[Lane]) -> None:
         super().__init__()
@@ -78,7 +78,7 @@ class _Lanes(Timeline):
         every = super().instants()
         before = [t_us for t_us in every if t_us < 0]
         held = any(lane.kind == "word" and lane.value_at(-1) for lane in self._shown)
-        # If a word is not 0 before the start, its digits need a column before the start.
+        # If a word is not 0 before the start, its digits need an extra column.
         return [*(before[-1:] if held else []), *(t_us for t_us in every if t_us >= 0)]
 
 
@@ -97,7 +97,7 @@ def run_snippet(snippet: Snippet, *, engine: str = "builtin") -> Run:
     files = (snippet.path, snippet.stimulus_path)
     texts = (program(snippet), stimulus(snippet))
     if all(map(_has, files, texts)):
-        return _run(snippet, *files, engine)  # the engine caches compiled files
+        return _run(snippet, *files, engine)  # an unchanged file stays compiled in a cache
     with tempfile.TemporaryDirectory() as folder:
         made = Path(folder, snippet.path.name), Path(folder, "stimulus.toml")
         for file, text in zip(made, texts, strict=True):
@@ -155,12 +155,15 @@ def _run(snippet: Snippet, source: Path, events: Path, engine: str) -> Run:
 
 
 def _may(snippet: Snippet) -> tuple[str, ...]:
-    """Return the outputs that may be TRUE at the end: Error if the example cuts the link."""
+    """Return the outputs that may be TRUE at the end.
+
+    Error is one of them if the example cuts the link.
+    """
     return ("Error",) if any("link_down" in str(event) for event in snippet.events) else ()
 
 
 def _until_end(snippet: Snippet, cell: Cell, path: str) -> tuple[int, int]:
-    """Run until the block has ended; return the times of its start and end [us]."""
+    """Run until the block has ended. Return the times of its start and end [us]."""
     pou = snippet.pou
     starts = "Execute" if pou.pin("Execute") else "Enable" if pou.pin("Enable") else ""
     ends = "Done" if pou.pin("Done") else "Valid"

@@ -1,4 +1,4 @@
-"""Parser of the files of plc/lib: head, pins, errors and inner blocks of each POU."""
+"""Parser of the files of plc/lib. It finds head, pins, errors and inner blocks of each POU."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ __all__ = ["CONTRACT", "ROOT", "Kind", "Pin", "Pou", "Section", "kind_of", "kind
 
 ROOT = Path(__file__).resolve().parents[4]
 
-#: Pins of the contract; all others are the block's own.
+#: Pins of the PLCopen rules. All other pins are specific to a block.
 CONTRACT = ("Execute", "Enable", "Done", "Valid", "Busy", "Active", "Error", "ErrorID")
 
 _COMMENT = re.compile(r"\(\*.*?\*\)", re.DOTALL)
@@ -28,8 +28,8 @@ _NOWHERE = re.compile(r" \(not in the manual[^()]*\)")
 _WHERE = re.compile(r" \(((?:remote command )?(?:chapter|guide)[^()]*)\)")
 _ERROR = re.compile(r"WORD#16#(8(?!000)[0-9A-F]{3})\b")
 
-#: ErrorIDs of shared functions that only some of their callers can get. An odd offset needs an
-#: image of words, an odd number needs double words, an abort needs the pin Abort.
+#: ErrorIDs of shared functions that only some callers can get. An error about an odd offset needs
+#: an image of words, an error about an odd number needs double words, an abort needs the pin Abort.
 _ODD_OFFSET, _ODD_NUMBER, _ABORTED = 0x8032, 0x8035, 0x8050
 
 #: ErrorIDs that FB_RcxJob adds: a time limit, and errors of the turn. A remote command also ends
@@ -41,10 +41,10 @@ _OWN = {0x8010} | _CALLED_WRONG
 _SEQUENCE, _REMOTE = _OWN | {0x8012}, {0x8011, 0x8012, 0x8015} | _CALLED_WRONG
 _ANSWER = re.compile(r"\bRobot\.Inner\.Answer := WORD#16#([0-9A-F]{4});")
 
-#: First words of paragraphs of the head that the page does not show.
+#: First words of paragraphs in the head. The page does not show these paragraphs.
 _NOT_SAID = ("Generated from", "Tests:")
 
-#: The name of a section: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.
+#: The name of a section of declarations: VAR_IN_OUT, VAR_INPUT or VAR_OUTPUT.
 Section = str
 
 
@@ -68,7 +68,7 @@ class Pou:
         file: Source file.
         folder: Name of the topmost folder below plc/lib.
         does: First sentence of the head.
-        about: Further paragraphs of the head, except those about tests and generators.
+        about: The other paragraphs of the head, except those about tests and generators.
         section: Section of the manual, or empty.
         tests: Tests that the head names.
         pins: Pins in the order of declaration.
@@ -77,7 +77,7 @@ class Pou:
         own_errors: ErrorIDs that the code sets itself.
         answers: ErrorIDs that the code writes to Robot.Inner.Answer. Other blocks read this
             variable.
-        job: Arguments of the FB_RcxJob in the block; empty if it contains none.
+        job: Arguments of the FB_RcxJob in the block. Empty if the block contains no FB_RcxJob.
         result: Type of the result of a function.
     """
 
@@ -113,11 +113,11 @@ class Pou:
         return inside or bool(re.search(r"\bPart of\b", head))
 
     def of(self, *sections: Section) -> list[Pin]:
-        """Return the block's pins of these sections."""
+        """Return the pins of the block in these sections."""
         return [pin for pin in self.pins if pin.section in sections]
 
     def pin(self, name: str) -> Pin | None:
-        """Return the pin of this name, or None."""
+        """Return the pin with this name, or None."""
         return next((pin for pin in self.pins if pin.name == name), None)
 
     def errors(self) -> list[int]:
@@ -148,8 +148,8 @@ class Kind:
     Attributes:
         file: Source file.
         does: Description from the head.
-        members: Members of an enumeration with their meanings; empty for other types.
-        fields: Fields of a structure with their types; empty for other types.
+        members: Members of an enumeration with their meanings. Empty for other types.
+        fields: Fields of a structure with their types. Empty for other types.
         defaults: Initial values of the fields that have an initial value.
         first: Lower bound of an array.
         count: Number of elements of an array; 0 for other types.
@@ -175,7 +175,7 @@ def pous() -> dict[str, Pou]:
 
 @cache
 def kinds() -> dict[str, Kind]:
-    """Return the types by name."""
+    """Return all types of the library by name."""
     return {file.stem: kind_of(file) for file in sorted((ROOT / "plc/lib").rglob("RCX_*.st"))}
 
 
@@ -224,7 +224,7 @@ def _of_job(pou: Pou) -> set[int]:
 
 
 def _head(text: str) -> list[str]:
-    """Return the paragraphs of the comment at the head of a file, each as one line."""
+    """Return the paragraphs of the comment at the head of a file. Each paragraph is one line."""
     comment = text.partition("*)")[0]
     lines = [re.sub(r"^\s*\(?\*", "", line).strip() for line in comment.splitlines()]
     whole = "\n".join(lines).strip()
@@ -246,7 +246,7 @@ def _pins(text: str) -> list[Pin]:
 
 
 def _groups(line: str) -> tuple[str, str, str, str]:
-    """Return name, type, default and comment of a declaration; empty texts if it is none."""
+    """Return name, type, default and comment of a declaration. For other lines they are empty."""
     match = _PIN.match(line)
     if match is None:
         return "", "", "", ""

@@ -16,13 +16,13 @@ from rcx_tools.library import library
 
 __all__ = ["DRAWN", "Track", "not_too_many", "tracks_of"]
 
-#: Types of pins that are drawn as pins. Numbers are drawn as words on the wire.
+#: Types of pins that are drawn as signals. Pins with numbers are drawn as words of the area.
 DRAWN = {"BOOL": "variable", "BYTE": "word", "WORD": "word", "UINT": "word"}
 
 #: Greatest number of data words and of response words in a chart.
 _MOST_WORDS = 6
 _WORDS = 16
-#: Names of the words of an abnormal end.
+#: Names of the response words of an abnormal end.
 _ALARM = {1: "alarm group", 2: "alarm category"}
 
 
@@ -48,8 +48,8 @@ class Track:
     def changed(self, begin: int, end: int) -> bool:
         """Return whether the signal changed from `begin` to `end`.
 
-        Changes of pins and of the PLC's outputs at `begin` count as well. Other signals must change
-        later.
+        For pins and outputs of the PLC, a change at `begin` counts. Other signals must change after
+        `begin`.
         """
         own = self._lane.kind == "variable" or self.name.startswith(("SI", "n "))
         return any(begin - own < t_us <= end for t_us, _ in self._lane.changes)
@@ -119,7 +119,7 @@ def _word(letter: str, at: int) -> Callable[[Scan], int]:
 def _words(letter: str, snippet: Snippet) -> Iterator[Track]:
     """Yield the words of the remote command (n) or of its answer (m), with the fields' names."""
     block = library().blocks.get(snippet.pou.name)
-    # After an earlier command, a lane contains words of two commands, so field names would be
+    # If another command ran before, a lane contains words of two commands. Field names would be
     # wrong.
     mixed = any(pous()[step.block].folder == "command" for step in snippet.before)
     fields: Mapping[str, Field] = {}
@@ -152,7 +152,7 @@ def _part(part: Field, k: int) -> str:
 
 
 def not_too_many(tracks: Sequence[Track]) -> tuple[list[Track], list[str]]:
-    """Return the tracks to draw, and the names of surplus words that are left out."""
+    """Return the tracks to draw, and the names of words that do not fit into the chart."""
     shown: list[Track] = []
     left_out = []
     for track in tracks:

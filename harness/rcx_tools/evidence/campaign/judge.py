@@ -1,4 +1,4 @@
-"""Judge of each request and each execution: every request must be executed once."""
+"""The check that the controller executes every request exactly once."""
 
 from __future__ import annotations
 
@@ -57,9 +57,9 @@ class Judge:
         self._comparison = Comparison(lambda block, end: COMMANDS[block].shown(end), found)
         self.requests: list[Request] = []
         self.ends: dict[str, int] = {}
-        """The number of each end, `Done` or `16#8011`; of commands only."""
+        """How often commands ended with `Done` or with an ErrorID such as `16#8011`."""
         self.done: dict[str, int] = {}
-        """The number of Done of each block."""
+        """How often each block ended with Done."""
         commands = [_Watched(name, name, entry) for name, entry in COMMANDS.items()]
         commands += [_Watched(name, f"{name}.Job", one, True) for name, one in LEVELS.items()]
         self._blocks = commands + [_Watched(name, name) for name in SEQUENCES]
@@ -78,7 +78,7 @@ class Judge:
         self._points: dict[int, list[list[int]]] = {}
 
     def restart(self) -> None:
-        """Forget the requests in progress: the PLC has lost its memory, so they never end."""
+        """Delete the requests in progress. The PLC has lost its memory, so they never end."""
         for one in self._blocks:
             one.busy, one.request = False, None
         self._code = self._bits = 0
@@ -89,7 +89,7 @@ class Judge:
         return [one.name for one in self._blocks if one.busy]
 
     def take(self, record: Record) -> None:
-        """Receive a record of the trace and, if it is a scan, check it."""
+        """Check a record of the trace if it is a scan."""
         if isinstance(record, Scan):
             self._scan(record)
 
@@ -176,7 +176,8 @@ class Judge:
         if one.name not in ("WritePoint", "ReadPoint"):
             return
         number, pulses = self._pin(one, "Point"), self._pin(one, "Pulses")
-        # The block samples its inputs at the edge. Now they may already belong to the next request.
+        # The block samples its inputs at the edge. At its end they may already belong to the next
+        # request.
         if one.name == "ReadPoint":
             number = self._pin(one, "PointRead")
             known = self._points.get(number)
@@ -185,7 +186,10 @@ class Judge:
                 self._found("wrong data", text)
 
     def settle(self, executions: list[Execution]) -> int:
-        """Compare all requests with the executions; empty both; return the number of requests."""
+        """Compare all requests with the executions, and return the number of requests.
+
+        Both lists are empty afterwards.
+        """
         self._comparison.of(self.requests, executions)
         count = len(self.requests)
         self.requests.clear()

@@ -35,7 +35,7 @@ __all__ = ["main"]
 
 #: Default number of runs, and default number of storms in each run.
 RUNS, STORMS = 72, 10
-#: Number of runs that are repeated on a second engine. Both runs must give the same trace.
+#: Number of runs that are repeated on a second engine. Both engines must give the same trace.
 TWICE = 8
 
 
@@ -46,7 +46,7 @@ class _Job(NamedTuple):
     lib: Path | None
     twice: bool
     seeded: int = -1
-    """The number of the seeded bug to find instead; -1: none."""
+    """The index of the seeded bug to find. -1: the unchanged library is checked."""
 
 
 class _Result(NamedTuple):
@@ -89,7 +89,7 @@ def _run(job: _Job) -> _Result:
 
 
 def _explain(seed: int, options: Namespace, console: Console) -> None:
-    """Run a seed again, shorten the run that fails, and write trace, chart and events."""
+    """Run a failing seed again and shorten it. Write trace, chart and events."""
     program = _compiled(options.engine, options.lib)
     conditions, storms = draw_run(seed, options.storms)
 

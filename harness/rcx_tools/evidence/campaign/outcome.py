@@ -26,7 +26,7 @@ class Outcome:
     longest_recovery_us: int = 0
 
     def take(self, act: Entry) -> None:
-        """Count an event."""
+        """Count an event of a storm."""
         for name in [name for name, _ in act.events] or ["set"]:
             self.acts[name] = self.acts.get(name, 0) + 1
 

@@ -1,4 +1,4 @@
-"""Comparison of requests with executions: each once, or at most once after some errors."""
+"""The comparison of requests with executions: once each, or at most once after some errors."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from structured_text.output.units import format_us
 
 __all__ = ["Comparison", "Request", "hexed"]
 
-#: Errors that leave open whether the command was executed: link lost, CPU_OK lost, no end, turn
-#: lost, command lost.
+#: ErrorIDs after which the command may have been executed or not: link lost, CPU_OK lost, no end,
+#: turn lost, command lost.
 _UNKNOWN = (0x8001, 0x8002, 0x8011, 0x8013, 0x8014)
 _ABNORMAL = 0x8020
 
@@ -26,8 +26,9 @@ class Request:
         block: Name of the instance.
         words: The telegram that it must send, n to n + 30.
         start_us: Time of the rising edge.
-        level: The block has Enable. Its end does not show whether the command was executed.
-        end_us: Time at which the block showed the end; None if it never did.
+        level: Whether the block has Enable. The end of such a block does not show whether the
+            command was executed.
+        end_us: Time at which the block showed the end. None if there was no end.
         error_id: ErrorID at the end; 0 means Done.
         shown: Outputs of the block that contain the response, with their values at the end.
     """
@@ -110,7 +111,7 @@ class Comparison:
         if not found:
             self._found("not executed", f"{request} was never executed: {hexed(request.words)}")
             return
-        own = found[-1]  # only one command runs at a time, so the last one is its own
+        own = found[-1]  # only one command runs at a time, so the last execution belongs to it
         left.remove(own)
         status = NORMAL_END if request.error_id == 0 else ABNORMAL_END
         if own.end is None or own.end[0] != status:
@@ -132,6 +133,6 @@ class Comparison:
 
 
 def hexed(words: Sequence[int]) -> str:
-    """Return the words as hexadecimal text, without trailing zero words."""
+    """Return words as hexadecimal text, without zero words at the end."""
     last = max((k for k, word in enumerate(words) if word), default=0)
     return " ".join(f"{word:04X}" for word in words[: last + 1])

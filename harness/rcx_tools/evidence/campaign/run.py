@@ -24,7 +24,6 @@ _PROGRAM = Path(__file__).parent / "Campaign.st"
 
 #: Longest time from the end of all causes until the cell is at rest [us]. It covers the longest
 #: Timeout of each stage of FB_PowerUp that may still wait, and the queued commands.
-# : each stage of FB_PowerUp that may still wait, and the queued commands.
 QUIET_US = 30_000_000
 #: Longest permitted time of the documented recovery [us].
 RECOVERY_US = 20_000_000
@@ -41,7 +40,7 @@ _CALM = (
 
 
 def compiled(engine: str = "auto", lib: Path | None = None) -> Compiled:
-    """Return the compiled program; `lib` is the folder of the library, None for plc/lib."""
+    """Return the compiled program. `lib` is the folder of the library. None means plc/lib."""
     return Compiled(source_files(_PROGRAM, lib), engine)
 
 
@@ -86,7 +85,7 @@ class _Run(StormRun):
             self._last = record
 
     def apply(self, act: Entry) -> None:
-        """Apply an event now; skip variables of a PLC without power."""
+        """Apply an event now. If the PLC has no power, its variables are not set."""
         self.outcome.take(act)
         if self.station.plc.runs or not act.values:
             super().apply(act)
@@ -115,7 +114,7 @@ class _Run(StormRun):
             station.inject(event)
         for event in _PACKETS:
             station.inject(event, share=0)
-        # A connection whose packets were lost just before may be detected as lost only now.
+        # If the last packets of a connection were lost, the loss may be detected only now.
         unseen_us = 2 * station.timing.timeout_us
         station.run(unseen_us)
         took_us = self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
@@ -127,7 +126,7 @@ class _Run(StormRun):
         self._settle()
 
     def _rests(self) -> bool:
-        """Return whether link and controller are ready, no block is busy, and turns are free."""
+        """Return whether link and controller are ready, and no block is busy or has a turn."""
         read = self.station.program.read
         if self.judge.busy or not read("Main.Robot.Connected"):
             return False
@@ -174,7 +173,7 @@ class _Run(StormRun):
         self.wait(self._rests, QUIET_US, "not at rest", self._what_is_busy)
 
     def _stop_program(self) -> None:
-        """Stop a running program by the stop input: a return-to-origin needs a stopped program."""
+        """Stop a running program by the stop input, as a return-to-origin requires."""
         station = self.station
         station["Main.StopOk"] = False
         self.wait(lambda: not self._on(1, 3), RECOVERY_US, "no recovery", lambda: "SO(13) stays ON")

@@ -1,4 +1,7 @@
-"""Events of a storm. The seed determines them in advance, as a list that can be shortened."""
+"""The events of a storm.
+
+The seed determines the events in advance, as a list that can be shortened.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ __all__ = ["draw_run"]
 
 
 def _draw_conditions(seed: int) -> Conditions:
-    """Draw the conditions of a run."""
+    """Draw random conditions for a run: times, areas and properties of the controller."""
     random = Random(f"campaign {seed}")
     scan_ms = random.choice((2, 5, 10, 10, 10, 20, 20, 50))
     intervals = tuple(random.randint(2, 30) * 1000 for _ in range(3))
@@ -148,7 +151,7 @@ _STARTS: dict[str, _Start] = {
 }
 _CALLS = ("CallMovePtp", "CallWritePoint", "CallJog", "CallPosition", "CallServoOn")
 
-#: Events at the controller, each with the event that ends it.
+#: Maps an event at the controller to the event that ends it.
 _EVENTS = (
     ("emergency_stop", "emergency_stop_release"),
     ("pendant_on", "pendant_off"),
@@ -162,7 +165,7 @@ _EVENTS = (
 
 
 class _Storm:
-    """Source of the events of one storm. `number` counts the requests of a run."""
+    """The generator of the events of one storm. `number` counts the requests of a run."""
 
     def __init__(self, conditions: Conditions, random: Random, number: int, length_us: int) -> None:
         self._conditions, self._random = conditions, random

@@ -1,4 +1,4 @@
-"""Seeded bugs in blocks: the campaign must find each of them."""
+"""Seeded bugs in blocks. The campaign must find each of these bugs."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ __all__ = ["SEEDED", "Found", "Seeded", "find"]
 
 @dataclass(frozen=True)
 class Seeded(Bug):
-    """A seeded bug, with the kinds of finding that may come first."""
+    """A seeded bug, with the kinds of findings that the campaign may report first."""
 
     kinds: tuple[str, ...]
 

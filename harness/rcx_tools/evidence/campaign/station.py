@@ -24,7 +24,7 @@ class Conditions:
     """The constants of a run.
 
     Attributes:
-        timing: Scan time, packet intervals and time-out; the time-out is that of the longest
+        timing: Scan time, packet intervals and time-out. The time-out belongs to the longest
             interval.
         intervals_us: Packet intervals to which the run may change.
         late_us: Greatest delay of a late packet [us].
@@ -50,7 +50,7 @@ class Execution:
     Attributes:
         t_us: Time at which the command begins.
         words: Telegram of the command, n to n + 30.
-        end: End status and response, m to m + 30; None until the controller shows them.
+        end: End status and response, m to m + 30. None until the controller shows them.
     """
 
     t_us: int
@@ -93,7 +93,7 @@ class RecordingController(Controller):
     def _record(self) -> None:
         """Install a handshake that records.
 
-        Every start of the controller makes a new handshake without a record.
+        Every start of the controller makes a new handshake that does not record.
         """
         state = self._state
         if not isinstance(state.handshake, _Recording):
@@ -130,4 +130,4 @@ class Station(Cell):
         for path, value in conditions.start.items():
             self[path] = value
         self.plc.beginning = program.snapshot()
-        self.plc.inputs_stay = False  # a cold start also resets the inputs
+        self.plc.inputs_stay = False  # a cold start also resets the inputs of the program

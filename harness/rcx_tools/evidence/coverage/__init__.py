@@ -1,1 +1,1 @@
-"""Coverage of this library by its tests."""
+"""Measurement of how much code of plc/lib the tests execute."""

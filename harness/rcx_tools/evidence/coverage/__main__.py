@@ -30,7 +30,7 @@ __all__ = ["figures", "main", "reasons", "uncounted"]
 #: Folders and files for which MC/DC is required.
 MCDC_FILES = ("area/", "core/", "sequence/", "command/FB_RemoteCommand.st")
 
-#: Reasons for parts that need no coverage; the path is relative to the repository.
+#: File with the reasons for parts that need no coverage. The path is relative to the repository.
 REASONS = "tests/tools/evidence/conditions.toml"
 
 #: The name of the library in the reports.
@@ -54,7 +54,7 @@ def reasons(file: Path) -> dict[tuple[str, str, str], str]:
 
 
 def uncounted(library: Path) -> Part:
-    """Return a part that contains every file of a library, with nothing executed."""
+    """Return a part of the report with every file of a library and without executed code."""
     collector = Collector(library)
     project = checked(sorted(library.resolve().rglob("*.st")))
     for pou in project.pous.values():
@@ -93,7 +93,7 @@ def _numbers(share: Share) -> dict[str, float]:
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
-    """Measure the coverage; return 0 if all is covered or justified and MC/DC is sufficient."""
+    """Measure the coverage. Return 0 if all is covered or justified and MC/DC is sufficient."""
     parser = argparse.ArgumentParser(prog="python -m rcx_tools.evidence.coverage")
     parser.add_argument("--report-only", action="store_true", help="use the counts of the last run")
     parser.add_argument("--workers", default="auto", help="processes (pytest's -n)")

@@ -1,4 +1,4 @@
-"""Plugin of pytest for `make coverage`: it counts executed code of the library."""
+"""Plugin of pytest for `make coverage`. It counts how often code of the library is executed."""
 
 from __future__ import annotations
 

@@ -38,7 +38,7 @@ class Run:
 
     @property
     def clean(self) -> bool:
-        """Return whether tests ran and none failed."""
+        """Return whether tests were run and no test has failed."""
         return self.passed > 0 and self.failed == 0
 
 

@@ -1,4 +1,4 @@
-"""Exploration of every reachable state of the real blocks, with every choice of the environment.
+"""Exploration of all reachable states of small programs with the blocks of the library.
 
 `model` describes a model, and `models` lists all models. `oracle` judges each scan, `search`
 explores a model, and `replay` shows a trace. `seeded` inserts bugs that must be found. The search

@@ -1,7 +1,7 @@
-"""The abstraction of a model with blocks of the library: a state as a few bytes, in several parts.
+"""The abstraction of a model: a state as a few bytes, which are split into several parts.
 
-This abstraction omits more than the abstraction for programs of users, because the model is known,
-and tables of the library say which variables have a later effect:
+This abstraction omits more than the abstraction for programs of users. The model is known, and
+tables say which variables of the library influence later scans:
 
 * Time: all scans of a model have the same interval, or one of a few intervals that the environment
   chooses. A TON only compares the time since its start with PT. So only the ticks since its start
@@ -39,11 +39,14 @@ class Part(NamedTuple):
     """
 
     robot: tuple[str, ...]
-    """The members of the shared structure that it also uses."""
+    """The members of the shared structure that this part also uses."""
     freeze: Callable[[], bytes]
-    """Returns its bytes of the state after a scan at `NOW_US`."""
+    """Function that returns the bytes of this part after a scan at `NOW_US`."""
     thaw: Callable[[bytes, int], None]
-    """Restores its variables, this many ticks later; the shared structure is already restored."""
+    """Function that restores the variables of this part, a number of ticks later.
+
+    The shared structure must already be restored.
+    """
 
 
 class ModelAbstraction(Abstraction):
@@ -107,19 +110,19 @@ class ModelAbstraction(Abstraction):
         thaw(state, self.now - ticks * self.tick, 0)
 
     def check_fixed(self) -> None:
-        """Check after a scan that variables which the tables call fixed have not changed."""
+        """Check after a scan that the `fixed` variables of the tables have not changed."""
         for holder, slot, before in self._fixed:
             if repr(_held(getattr(holder, slot))) != before:
                 raise AssertionError(f"{type(holder).__name__}.{slot} is not fixed")
 
     def values(self, state: bytes) -> tuple[Any, ...]:
-        """Return the numbers that a state contains."""
+        """Return the state as a sequence of numbers."""
         return self.packed.unpack_from(state)
 
     # --- called by the generated code ---
 
     def names(self) -> dict[str, Any]:
-        """Return the names that the code of the slots uses."""
+        """Return the names that the generated code of the slots uses."""
         more = {"ton": self._ton, "set_ton": self._set_ton}
         return super().names() | more | {"index": self._wide_index, "wide": self._wide}
 
@@ -132,7 +135,7 @@ class ModelAbstraction(Abstraction):
         return found
 
     def _ton(self, timer: Any) -> int:
-        """Return the code of a TON: 0 if idle, 255 if expired, else 1 + elapsed ticks (capped)."""
+        """Return the byte of a TON: 0 if idle, 255 if expired, else 1 + elapsed ticks."""
         if timer.phase == 0:
             return 0
         if timer.phase == 2:
@@ -162,15 +165,15 @@ class ModelAbstraction(Abstraction):
         return getattr(getattr(self.root, self.tables.variable), self.tables.member)
 
     def dropped(self, kind: Type, type_name: str, kept: Omitted, owner: str) -> set[str]:
-        """Return the variables of a structure or block that the tables drop."""
+        """Return the variables of a structure or block that the tables omit."""
         return set(kept.dropped.upper().split())
 
     def conditional(self, type_name: str, kept: Omitted) -> Mapping[str, str]:
-        """Return the variables that are read only under a condition, as condition by variable."""
+        """Map each variable that is read only under a condition to this condition."""
         return kept.while_true
 
     def jobs(self, type_name: str) -> dict[str, str]:
-        """Return an empty mapping: the tables already name the channels of all jobs."""
+        """Return an empty mapping, because the tables already name the channels of all jobs."""
         return {}
 
     def variable(self, place: Place, slot: str, part: Type) -> None:
@@ -197,12 +200,12 @@ class ModelAbstraction(Abstraction):
             super().variable(place, slot, part)
 
     def _name_part(self) -> None:
-        """Record the program variable that contains the slots added since the last call."""
+        """Record which program variable contains the slots that were added since the last call."""
         for slot in self.slots:
             self._part_of.setdefault(id(slot), self._current)
 
     def turn(self, code: str, name: str, slot: str, *, own: bool) -> None:
-        """Plan a counter of a channel as difference from Serving. Serving itself becomes 0."""
+        """Plan a counter of a channel as its difference from Serving. Serving itself becomes 0."""
         if slot == "LOWEST" and not own:
             # At the end of a scan the library sets LOWEST to NextTicket, because the next scan has
             # not seen any ticket yet.
@@ -230,7 +233,7 @@ class ModelAbstraction(Abstraction):
 
 
 def _held(value: Any) -> Any:
-    """Return the value of a variable in a form that is comparable."""
+    """Return the value of a variable in a form that can be compared."""
     slots = getattr(value, "__slots__", None)
     if slots is None:
         return value

@@ -35,16 +35,16 @@ __all__ = ["EVERY_BUG", "EVERY_MODEL", "OUT", "Item", "Known", "items", "main"]
 
 #: A model of blocks on one robot, or a model of several robots at one area.
 AnyModel = Model | InterlockModel
-#: The outcome of an item: the fields of `Result`, the broken rules, the number of scans to them,
-#: and the processor time [s].
+#: The outcome of an item: the fields of `Result`, broken rules, number of scans to the first of
+#: them, and processor time [s].
 Outcome = dict[str, Any]
 
 #: Folder of the saved outcomes.
 OUT = FOLDER
 EVERY_MODEL: dict[str, AnyModel] = {model.name: model for model in (*MODELS, *interlock.MODELS)}
 EVERY_BUG = (*SEEDED, *interlock.SEEDED)
-#: Besides the blocks, a saved outcome depends on these modules and the grammar. A change in them
-#: makes it invalid.
+#: Besides the blocks, a saved outcome depends on these modules and on the grammar. A change in one
+#: of these makes the outcome invalid.
 RULES = (
     *(f"structured_text/{name}" for name in ("diagrams", "engines", "explore")),
     *(f"structured_text/{name}" for name in ("language", "projects")),
@@ -62,7 +62,7 @@ class Item:
 
     @property
     def name(self) -> str:
-        """Return the name for people."""
+        """Return the name of the item in texts for people."""
         return f"seeded: {self.bug.name}" if self.bug else self.model
 
     def is_good(self, outcome: Outcome) -> bool:
@@ -106,7 +106,7 @@ class Known:
         return self._results.get(self._key(item))
 
     def keep(self, item: Item, outcome: Outcome) -> None:
-        """Save an outcome if it is good."""
+        """Save the outcome of an item if it is good."""
         if item.is_good(outcome):
             self._results.add({"key": self._key(item), **outcome})
 
@@ -238,7 +238,7 @@ def _print(console: Console, outcomes: Mapping[Item, Outcome]) -> None:
 
 
 def _end(item: Item) -> str:
-    """Return the event that ends a wait: a free channel, or a robot that is granted the area."""
+    """Return the event that ends a wait, as text: the channel is free, or a robot gets the area."""
     return "granted" if isinstance(EVERY_MODEL[item.model], InterlockModel) else "free"
 
 

@@ -1,4 +1,4 @@
-"""Contract of a block's outputs after a scan: the rules of PLCopen, and rules about its end."""
+"""Rules for the outputs of a block after a scan: PLCopen rules, and rules about its end."""
 
 from __future__ import annotations
 
@@ -15,10 +15,10 @@ _CPU_OK = 0x0002
 
 
 class Pins(NamedTuple):
-    """The outputs of a block."""
+    """The outputs of a block after a scan."""
 
     done: bool
-    """Done; for a level block Valid."""
+    """The output Done; for a block with Enable, Valid."""
     busy: bool
     error: bool
     error_id: int
@@ -37,7 +37,7 @@ class Seen:
     Attributes:
         pins: Outputs of the block.
         first: Response[1] of a command block; 0 for other blocks.
-        works: The block is Busy, or it is stopping.
+        works: Whether the block is Busy or stopping.
     """
 
     pins: Pins
@@ -68,28 +68,34 @@ class Link:
 
     @property
     def judged(self) -> bool:
-        """Return whether there is a connection, and also was one in the previous scan."""
+        """Return whether there is a connection in this scan and in the previous scan."""
         return self.connected and self.was_up
 
 
 def link_of(situation: Situation, was_up: bool) -> Link:
-    """Return the values that are read in a scan. `was_up`: the previous scan had a connection."""
+    """Return the values that are read in a scan.
+
+    `was_up` says whether the previous scan had a connection.
+    """
     connected = situation.connected
     status, so = (situation.status, situation.so) if connected else (0, 0)
     return Link(connected, status, so, was_up)
 
 
 class Case(NamedTuple):
-    """A block that is called in a scan, with the values that the contract needs."""
+    """A block that is called in a scan, with the values that the rules need."""
 
     block: Block
     up: bool
     started: bool
-    """It was started in this scan."""
+    """Whether the block was started in this scan."""
     missed: bool
-    """It was not called in some scan since then."""
+    """Whether the block was left out in a scan since its start."""
     out: bool
-    """The command of this start was on the wire; that of another start may still be."""
+    """Whether the command of this start was on the wire.
+
+    The command of an earlier start does not count.
+    """
     was: Pins
     seen: Seen
     link: Link
@@ -97,7 +103,7 @@ class Case(NamedTuple):
 
 
 def contract(case: Case) -> Iterator[str]:
-    """Yield the violations of the PLCopen contract (design section 3)."""
+    """Yield the violations of the PLCopen rules by one block (design section 3)."""
     block, was, now, up = case.block, case.was, case.seen.pins, case.up
     if bool(now.error) != (now.error_id != 0):
         yield f"contract: {block.name}: Error without ErrorID, or the reverse"

@@ -37,9 +37,11 @@ from structured_text.projects.needed import needed
 
 __all__ = ["MODELS", "SEEDED", "InterlockModel", "explored", "replay", "told"]
 
-#: Limit of the scans from a free area to a grant, however many requests were given up before.
+#: Greatest number of scans from a free area to the next grant. Requests that were given up do not
+#: count.
 _PROMPT = 5
-#: Number of scans that the replay of a hang shows. The grant should happen within them.
+#: Number of scans that the replay of a hang shows. Without the hang, the grant would be in these
+#: scans.
 _SHOWN = 40
 _WIDE = 1 << 32
 
@@ -97,23 +99,29 @@ class _Seat(NamedTuple):
     was_ready: bool = False
     was_ack: bool = False
     in_the_way: bool = True
-    """It is in the area, or may be.
+    """Whether the robot is in the area or may be there.
 
-    It is not known to be outside, or was lost there and not acknowledged since. This also holds
-    after its first call; a second call can show that it is outside.
+    This is the case until a second call shows that it is outside, and after a loss in the area
+    until the loss is acknowledged.
     """
     met: bool = False
-    """It has been called."""
+    """Whether the block of this robot has been called."""
     kept: bool = False
     valid: bool = False
     had: bool = False
-    """It has been granted since Enable rose; also in the scan in which that ends in an error."""
+    """Whether the robot got the area since Enable rose.
+
+    This includes the scan in which an error ends it.
+    """
     failed: bool = False
-    """It has shown an error since Enable rose."""
+    """Whether the block has shown an error since Enable rose."""
     queue: int = 0
-    """Its place among those that wait and are called in each scan; 0 = it does not wait."""
+    """Position in the queue of waiting robots that are called in every scan.
+
+    0: the robot does not wait.
+    """
     free: int = 0
-    """Number of scans that it has waited while no robot had the area or gave up before it."""
+    """Number of scans of waiting in which no robot had the area and no robot before it gave up."""
 
 
 #: Inputs that change before a scan, each as robot and name of the input.
@@ -121,7 +129,7 @@ _Changes = tuple[tuple[int, str], ...]
 
 
 class _Choice(NamedTuple):
-    """The changes before a scan."""
+    """The changes of the robots' inputs before a scan."""
 
     number: int
     changes: _Changes
@@ -129,7 +137,7 @@ class _Choice(NamedTuple):
 
 @dataclass(frozen=True)
 class _State:
-    """All values with a later effect: the seats of the judge, and variables of the program."""
+    """All values that influence later scans: seats of the judge, and program variables."""
 
     seats: tuple[_Seat, ...]
     inner: tuple[Any, ...]
@@ -155,7 +163,7 @@ class _World(World[_Choice]):
         robots = range(model.robots)
         self._locks = [getattr(self._root, f"LOCK{k}") for k in robots]
         self._area = self._root.AREA
-        inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first fields of a seat
+        inputs = ("GO", "OUT", "ACK", "READY", "CALLED")  # the first fields of a seat: inputs
         self._inputs = [[f"{name}{k}" for name in inputs] for k in robots]
         self._judged = cache(_judged)  # cached, because many scans have the same inputs and outputs
         self.every = [_Choice(k, one) for k, one in enumerate(_changes(model))]
@@ -167,7 +175,7 @@ class _World(World[_Choice]):
         self._waits = [_Wait(k, self.start) for k in robots if not model.limit_ms(k)]
 
     def first(self) -> bytes:
-        """Return the state before the first call."""
+        """Return the state before the first call of any instance."""
         return self._pack(_State(self.start, self._freeze()))
 
     def choices(self, state: bytes) -> Sequence[_Choice]:
@@ -177,19 +185,19 @@ class _World(World[_Choice]):
         return self.every
 
     def step(self, state: bytes, choice: _Choice) -> tuple[bytes, list[str]]:
-        """Run one scan from a state."""
+        """Run one scan from a state, and return the next state and the broken rules."""
         here = self._states[state]
         return self._scan(here, choice, here.inner)
 
     def check(self, state: bytes, choice: _Choice, following: bytes, random: Random) -> None:
-        """Repeat the scan with other tickets; raise AssertionError if the next state differs."""
+        """Repeat the scan with other tickets. Raise AssertionError if the next state differs."""
         here = self._states[state]
         there, _ = self._scan(here, choice, _disturbed(here.inner, random))
         if there != following:
             raise AssertionError(f"{self._model.name}: tickets have an effect: {here} {choice}")
 
     def added(self) -> None:
-        """Record for a new state which robots still request the area and do not have it."""
+        """Record the robots that request the area in a new state and do not have it."""
         for wait in self._waits:
             wait.add(self._after)
 
@@ -223,7 +231,10 @@ class _World(World[_Choice]):
     def run(
         self, before: Sequence[_Seat], changes: _Changes
     ) -> tuple[tuple[_Seat, ...], list[str]]:
-        """Run one scan from the present state of the program; return the seats and broken rules."""
+        """Run one scan from the present state of the program.
+
+        Return the seats and the broken rules.
+        """
         seats = list(before)
         for k, name in changes:
             seats[k] = seats[k]._replace(**{name: not getattr(seats[k], name)})
@@ -287,22 +298,23 @@ class _Wait:
         self.add(start)
 
     def add(self, seats: Sequence[_Seat]) -> None:
-        """Add a state; it is an end if the robot has the area, has failed, or does not request."""
+        """Add a state. It is an end if the robot has the area, has failed, or does not request."""
         seat = seats[self.robot]
         self._failed.append(seat.failed)
         self.ends.append(seat.valid or seat.failed or not (seat.go and seat.called))
 
     def follow(self, number: int, choice: _Choice, following: int) -> None:
-        """Add the step in which the others leave.
+        """Add the step from a state in which the other robots leave the area.
 
-        If the robot fails in that step, the state becomes a loop, which is reported as a hang.
+        If the robot fails in this step, the state leads to itself. A state that leads to itself is
+        reported as a hang.
         """
         if choice.number == self.quiet:
             self.nexts.append(number if self._failed[following] else following)
 
 
 def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
-    """Return the next change by which the other robots leave; empty if all have left."""
+    """Return the next input change of the robots that leave. Empty if all have left."""
     for k, seat in enumerate(seats):
         if k == alone:
             continue
@@ -315,10 +327,10 @@ def leaving(seats: Sequence[_Seat], alone: int) -> _Changes:
 
 
 def _closer(numbers: Sequence[int], held: Sequence[int]) -> list[int]:
-    """Return the numbers in the same order from 0 on, with smaller gaps and the same neighbours.
+    """Return ticket numbers with the same order and smaller gaps, from 0 on.
 
-    Numbers are signed, as in the comparison of tickets. A distance of one is preserved only after a
-    ticket that is `held`, because the turn advances by one only from such a ticket.
+    Numbers are signed, as in the comparison of tickets. After a ticket in `held`, a distance of one
+    is preserved, because the turn advances by one only from such a ticket.
     """
     signed = {one: (one + _WIDE // 2) % _WIDE - _WIDE // 2 for one in numbers}
     owned = {signed[one] for one in held}
@@ -352,7 +364,7 @@ def _changes(model: InterlockModel) -> Iterator[_Changes]:
 def _judged(
     before: tuple[_Seat, ...], now: tuple[_Seat, ...], shown: tuple[tuple[bool, bool, int], ...]
 ) -> tuple[tuple[_Seat, ...], tuple[str, ...]]:
-    """Judge a scan from outside; return the seats after it, and the broken rules.
+    """Judge a scan by inputs and outputs. Return the seats after the scan, and the broken rules.
 
     Args:
         before: The seats after the previous scan.
@@ -396,7 +408,7 @@ def _judged(
 
 
 def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) -> list[str]:
-    """Return the rules that one robot breaks; the robot was called in this scan."""
+    """Return the rules that one robot breaks. Its block was called in this scan."""
     valid, busy, number = shown
     name = f"robot {k + 1}"
     broken = []
@@ -412,7 +424,7 @@ def _contract(k: int, was: _Seat, seat: _Seat, shown: tuple[bool, bool, int]) ->
 
 
 def _safety(before: Sequence[_Seat], after: Sequence[_Seat]) -> Iterator[str]:
-    """Yield violations of mutual exclusion: a robot owns the area while another may be in it."""
+    """Yield violations of mutual exclusion: one robot has the area, and another may be in it."""
     for k, seat in enumerate(after):
         if not (seat.valid and seat.called):
             continue
@@ -451,7 +463,7 @@ def explored(
     limit: int = 0,
     seed: int = 1,
 ) -> Result:
-    """Explore a model, to its end or to this number of states."""
+    """Explore a model completely, or up to a number of states."""
     world = _World(model, library)
     return Search(world, world.every, seed).run(model.name, limit)
 
@@ -459,7 +471,7 @@ def explored(
 def replay(
     model: InterlockModel, broken: Broken, library: Sequence[Path] = LIBRARY
 ) -> tuple[str, ...]:
-    """Replay the path to a broken rule from the start without abstraction; return broken rules."""
+    """Replay the path to a broken rule without abstraction, and return the broken rules."""
     world = _World(model, library)
     seats, rules = world.start, []
     for choice in broken.path:

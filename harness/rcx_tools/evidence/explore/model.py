@@ -1,4 +1,4 @@
-"""Models: a program with a few blocks, and everything that its environment may do."""
+"""Models: a program with a few blocks, and all possible actions of its environment."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ from rcx_harness.spec.wire import ABNORMAL_END, NORMAL_END, READY, RUN
 
 __all__ = ["DOWN", "SKIPPED", "UP", "Block", "Choice", "Model", "Quiet", "Situation", "Wire"]
 
-#: What happens to a block in a scan: Execute or Enable is FALSE, it is TRUE, or the block is not
-#: called.
+#: Treatment of a block in a scan: Execute or Enable is FALSE (DOWN) or TRUE (UP), or the block is
+#: not called (SKIPPED).
 DOWN, UP, SKIPPED = 0, 1, 2
 
 
@@ -25,8 +25,9 @@ class Block:
         name: Name of the instance.
         type: Type of the block.
         pins: The other arguments of the call, as text.
-        kind: How the oracle judges it: `command`, `jog`, `continuous`, `sequence`, `emergency`,
-            `release emergency`, `stop`, `release stop`, `level` or `job`.
+        kind: The kind of block, which decides how the oracle judges the block: `command`, `jog`,
+            `continuous`, `sequence`, `emergency`, `release emergency`, `stop`, `release stop`,
+            `level` or `job`.
         code: Code of the remote command.
         bits: Numbers of the dedicated inputs that the block switches on (SI(12), octal, is bit 10).
         answer: For a sequence block: mask and value of the dedicated outputs that confirm the
@@ -63,7 +64,9 @@ class Block:
 
 @dataclass(frozen=True, eq=False)
 class Situation:
-    """The values that the PLC reads in a scan. Situations are compared by identity.
+    """The values that the PLC reads in a scan.
+
+    Two situations are equal only if they are the same object.
 
     Attributes:
         label: Description in words.
@@ -79,7 +82,7 @@ class Situation:
 
 
 class Wire(NamedTuple):
-    """The values that the PLC has written."""
+    """The values that the PLC has written in a scan."""
 
     code: int
     first: int
@@ -88,7 +91,7 @@ class Wire(NamedTuple):
 
 
 class Choice(NamedTuple):
-    """Everything that the environment chooses for one scan."""
+    """All values that the environment chooses for one scan."""
 
     number: int
     ticks: int
@@ -101,7 +104,7 @@ class Choice(NamedTuple):
 
 
 class Quiet(NamedTuple):
-    """Behaviour of the environment from some moment on, for the proof that nothing hangs.
+    """An environment without new requests, for the proof that no block hangs.
 
     Attributes:
         title: Description in words.
@@ -132,12 +135,11 @@ class Model:
         pins: Possible values of (EmergencyStopOk, StopOk).
         quiet: Environments in which all work must end.
         tick_ms: Unit of time [ms]. Every scan comes one of `gaps` ticks after the previous scan.
-        gaps: See `tick_ms`.
+        gaps: Possible numbers of ticks between two scans.
         margin_ms: Value of the pin Margin of FB_WriteArea.
         longest_ms: The longest time of any timer.
-        queue: Limit of the tickets on a channel. A block that gives up while it waits leaves its
-            ticket behind until the turn continues. Without a limit the number of states would be
-            infinite.
+        queue: Limit of the tickets on a channel. The ticket of a waiting block that gives up stays
+            in the queue until its turn. Without a limit the number of states would be infinite.
         variables: Additional declarations of the program.
         statements: Additional statements at the start of the program.
         switches: Additional BOOL variables of the program that the environment sets, each with its
@@ -160,7 +162,7 @@ class Model:
     switches: Mapping[str, tuple[bool, ...]] | None = None
 
     def program(self) -> str:
-        """Return the ST program."""
+        """Return the ST program of the model."""
         held = "".join(f"    {one.name} : {one.type};\n" for one in self.blocks)
         names = [f"Go{one.name}" for one in self.blocks] + [
             f"Call{one.name}" for one in self.blocks
@@ -189,7 +191,7 @@ class Model:
         )
 
     def free(self) -> set[str]:
-        """Return the variables that are set before each scan, or that the program only writes."""
+        """Return the variables that are set before each scan or are only written."""
         names = {"InputArea", "OutputArea", "Connected", "EmergencyStopOk", "StopOk"}
         names |= {"CallRead", "CallWrite"}
         names |= {f"{what}{one.name}" for one in self.blocks for what in ("Go", "Call")}
@@ -255,7 +257,7 @@ class Model:
         return {name.upper() for name in self.switches or ()}
 
     def write(self, folder: Path) -> Path:
-        """Write the program into a folder."""
+        """Write the program of the model into a folder."""
         path = folder / f"{self.name}.st"
         path.write_text(self.program(), encoding="utf-8")
         return path

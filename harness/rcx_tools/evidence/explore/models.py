@@ -1,4 +1,4 @@
-"""The models with one robot that are explored."""
+"""The models with one robot for the exploration."""
 
 from __future__ import annotations
 
@@ -12,8 +12,8 @@ __all__ = ["MODELS"]
 _CPU, _EMERGENCY, _ALARM, _MP_RDY, _AUTO = 0x0002, 0x0001, 0x0008, 0x0010, 0x0100
 _STATUS = {0x0000: "ready", 0x0100: "running", 0x0200: "end", 0x4000: "abnormal"}
 
-#: Any status at any time, with and without CPU_OK, and a lost link. A real controller shows fewer
-#: situations.
+#: Situations with any status at any time, with and without CPU_OK, and with a lost link. A real
+#: controller shows fewer situations.
 _ANY_STATUS = (
     *(Situation(label, status=status, so=_CPU) for status, label in _STATUS.items()),
     Situation("ready, CPU_OK off"),
@@ -23,7 +23,7 @@ _ANY_STATUS = (
 
 
 def _prompt(end: str) -> Callable[[Wire], str]:
-    """Return the situations, by wire, of a controller that answers each command at once."""
+    """Return a function for a controller that answers at once: it maps a wire to a situation."""
 
     def situation(wire: Wire) -> str:
         code = wire.code & 0x0FFF
@@ -152,7 +152,7 @@ _OUTPUTS = (
 
 
 def _both(wire: Wire) -> str:
-    """Return the situation's label: if an input is ON, both answers are ON, else both OFF."""
+    """Return the label of the next situation: if an input is ON, both answers are ON, else OFF."""
     there = wire.bits & 0x0402
     return "servo on, program runs" if there else "servo off, program stands"
 

@@ -5,8 +5,8 @@ the values written, and the outputs of the blocks. It does not use internal tick
 timers.
 
 Each group of rules is a function of a few values, and most scans repeat values of earlier scans.
-The results are therefore cached (`functools.cache`). A value with many parts is created only once
-and then compared by identity.
+The results are therefore cached (`functools.cache`). A value with many parts is created only once.
+Two such values are compared by identity.
 """
 
 from __future__ import annotations
@@ -36,9 +36,9 @@ _NEEDS = ((0x0002, _SI00), (0x9400, _SAFETY))
 _CONTINUOUS = (0x0505, 0x0506)
 _INTERVAL_US = 100_000
 
-# Flags of the whole cell, in one byte.
+# Bits of the byte with the flags of the whole cell.
 _HELD_E, _HELD_S, _BACK_E, _BACK_S, _QUIT, _STOPPED, _UP, _RAN = (1 << bit for bit in range(8))
-# Flags of each block.
+# Bits of the byte with the flags of a block.
 _WAS, _ASKED, _MISSED, _OUT = 1, 2, 4, 8
 
 _HEAD = 7
@@ -51,7 +51,7 @@ class _Turn:
     Attributes:
         called: The block was called in this scan.
         started: The block was started in this scan.
-        missed: The block was not called in some scan since its start.
+        missed: The block was left out in a scan since its start.
         was_active: Active was TRUE before the scan.
         busy: Busy is TRUE after the scan.
         active: Active is TRUE after the scan.
@@ -94,7 +94,7 @@ class _One(NamedTuple):
 
 
 class _Memory(NamedTuple):
-    """The memory of the oracle as separate values."""
+    """The memory of the oracle, unpacked into separate values."""
 
     was: Wire
     words: int
@@ -106,7 +106,7 @@ class _Memory(NamedTuple):
 
 
 class Oracle:
-    """Judge of consecutive scans. Its memory of a few bytes is part of the explored state."""
+    """The judge of consecutive scans. Its memory is a part of each state."""
 
     def __init__(self, model: Model, root: Any) -> None:
         self.blocks = model.blocks
@@ -135,7 +135,7 @@ class Oracle:
         self._dedicated, self._holds = cache(self._judge_dedicated), cache(self._judge_holds)
 
     def initial(self) -> bytes:
-        """Return the memory before the first scan."""
+        """Return the memory of the oracle before the first scan."""
         return bytes(_HEAD + 2 * len(self.blocks))
 
     def wire(self, memory: bytes) -> Wire:
@@ -164,7 +164,7 @@ class Oracle:
         return [self.seen(k) for k in range(len(self.blocks))]
 
     def written(self) -> tuple[int, int]:
-        """Return the index of the 16 words on the wire, and the dedicated inputs."""
+        """Return the index of the 16 words that the PLC has written, and the dedicated inputs."""
         area = bytes(self._out[:34])
         words = area[:32]
         index = self._index.get(words)
@@ -183,7 +183,7 @@ class Oracle:
         now: Sequence[Seen],
         written: tuple[int, int],
     ) -> tuple[bytes, list[str]]:
-        """Judge a scan.
+        """Judge a scan by all rules.
 
         Args:
             memory: Memory after the previous scan.
@@ -242,7 +242,7 @@ class Oracle:
     def _judge_block(
         self, k: int, flags: int, do: int, before: Seen, now: Seen, link: Link, was: Wire
     ) -> _One:
-        """Judge one block."""
+        """Judge the outputs of one block after a scan."""
         block, old, new = self.blocks[k], before.pins, now.pins
         edge = do == UP and not flags & _WAS
         if do == SKIPPED:
@@ -269,7 +269,7 @@ class Oracle:
     def _judge_turns(
         self, places: bytes, turns: tuple[_Turn, ...]
     ) -> tuple[bytes, tuple[str, ...]]:
-        """Judge the turns: first come, first served; one holder at a time (design 2).
+        """Judge the turns: one block at a time, in the order of the requests (design 2).
 
         Args:
             places: For each block its place in the order of requests; 0 means that it does not
@@ -426,7 +426,7 @@ class Oracle:
     def _judge_holds(
         self, flags: int, bits: int, holds: tuple[_Hold, ...]
     ) -> tuple[int, tuple[str, ...]]:
-        """Judge the holds of FB_EmergencyStop and FB_ProgramStop: their input must stay OFF."""
+        """Judge FB_EmergencyStop and FB_ProgramStop: inputs that they hold must be OFF."""
         for block, one in zip(self.blocks, holds, strict=True):
             which = block.kind.removeprefix("release ")
             held, back = {"emergency": (_HELD_E, _BACK_E), "stop": (_HELD_S, _BACK_S)}.get(
@@ -457,9 +457,9 @@ class Oracle:
     def _jog(
         self, flags: int, bits: int, k: int, does: int, connected: bool, stop_ok: bool
     ) -> tuple[int, tuple[str, ...]]:
-        """Judge a jog: while it is out without Enable, SI(06) must be OFF (guide 4.2.6).
+        """Judge a jog: while its code is sent without Enable, SI(06) must be OFF (guide 4.2.6).
 
-        SI(06) must then be ON again before the next code goes out; `_goes_out` checks this.
+        Before the next code is sent, SI(06) must be ON again. `_goes_out` checks this.
         """
         broken: tuple[str, ...] = ()
         if k >= 0 and self.blocks[k].kind == "jog":

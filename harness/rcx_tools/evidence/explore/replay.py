@@ -1,4 +1,4 @@
-"""Replay of a trace on the concrete program, with real times and two monitors."""
+"""Replay of a trace on the real program with real times, checked by two monitors."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from structured_text.explore.search import Broken
 
 __all__ = ["Replay", "replay"]
 
-#: Number of scans of the quiet environment that the replay of a hang shows.
+#: Number of scans in the quiet environment that the replay of a hang shows.
 _SHOWN = 40
 
 
@@ -29,8 +29,8 @@ class Replay:
         trace: Records of the replay. A broken rule is a finding.
         timeline: The same run as data for a chart.
         rules: Rules that the oracle found broken, in words.
-        monitor: Findings of the wire monitor, which also checks all simulations, for the same
-            scans.
+        monitor: Findings of the wire monitor in the same scans. This monitor also checks all
+            simulations.
     """
 
     def __init__(self, trace: Trace, timeline: Timeline) -> None:
@@ -39,7 +39,7 @@ class Replay:
         self.monitor: list[str] = []
 
     def chart(self, title: str) -> str:
-        """Return the timing chart as SVG."""
+        """Return the timing chart of the replay as SVG."""
         return svg_chart(self.timeline, title)
 
 

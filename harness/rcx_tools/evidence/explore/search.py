@@ -1,4 +1,4 @@
-"""Search of every reachable state of a model of the library's blocks."""
+"""Search through all reachable states of a model with blocks of the library."""
 
 from __future__ import annotations
 
@@ -37,7 +37,7 @@ def compiled(model: Model, library: Sequence[Path] = LIBRARY) -> BuiltinProgram:
 
 
 class _Robot(NamedTuple):
-    """Values of the robot that matter for the search.
+    """The values of the robot (RCX_REF) that the search needs.
 
     Attributes:
         is_free: No block has a turn, and no command is out.
@@ -50,7 +50,7 @@ class _Robot(NamedTuple):
 
 
 class Explorer(World[Choice]):
-    """A model as a world that the search explores.
+    """A model in the form that the search can explore.
 
     Args:
         model: The model.
@@ -82,12 +82,12 @@ class Explorer(World[Choice]):
         self._now_quiet: list[Choice] = []
 
     def run(self, limit: int = 0) -> Result:
-        """Explore every state of the model; see `Search.run`."""
+        """Explore every state of the model (see `Search.run`)."""
         search = Search(self, self._choices, self._seed)
         return search.run(self._model.name, limit)
 
     def first(self) -> bytes:
-        """Return the initial state."""
+        """Return the initial state of the model."""
         return self._packed.pack(*self._stages.first) + self._oracle.initial()
 
     def choices(self, state: bytes) -> Sequence[Choice]:
@@ -113,11 +113,11 @@ class Explorer(World[Choice]):
         return self._packed.pack(*end.state) + after, broken
 
     def is_cut(self) -> bool:
-        """Return whether the queue exceeds the model's limit; such a state is not explored."""
+        """Return whether a state is not explored, because its queue exceeds the limit."""
         return bool(self._after.shared.queue > self._model.queue)
 
     def added(self) -> None:
-        """Record whether the new state is idle."""
+        """Record whether a new state is idle: no turn, and no command on the wire."""
         self._idle[0].append(self._after.shared.is_free)
         self._idle[1].append(not any(one.works for one in self._after.notes[1:-1]))
 
@@ -180,7 +180,7 @@ class Explorer(World[Choice]):
         return self._stages.bytes_of(numbers), state[self._packed.size :]
 
     def _look_at_robot(self) -> _Robot:
-        """Return the present values of the robot that matter for the search."""
+        """Return the present values of the robot (RCX_REF) that the search needs."""
         robot = self._root.ROBOT.INNER
         queues = [one.NEXTTICKET - one.SERVING & 0xFFFF for one in (robot.COMMAND, robot.SEQUENCE)]
         return _Robot(not any(queues) and robot.PHASE == 1, max(queues))
@@ -213,20 +213,22 @@ def quiet_choices(model: Model, quiet: Quiet) -> dict[Wire, Choice]:
 
 
 def longest(follow: Any, idle: bytearray) -> tuple[int, int, int]:
-    """Return (most steps to an idle state, first state without an end, state with most steps).
+    """Return the most steps to an idle state, a state that never gets idle, and the slowest state.
 
-    If every state leads to an idle state, the second value is -1. Otherwise the other two are -1.
+    If every state leads to an idle state, the second value is -1. Otherwise the first and the third
+    value are -1.
 
     Args:
-        follow: The next state of each state; states without a next one count as idle.
+        follow: The next state of each state. A state without a next state counts as idle.
         idle: Whether each state is idle.
     """
     unknown, walking = -1, -2
     steps = array("i", [0 if at else unknown for at in idle])
     for at in range(len(follow), len(idle)):
         steps[at] = 0
-    # The states form a functional graph. Each walk ends in a state with known steps, or in itself:
-    # then it is a cycle without an idle state, which is a hang. Every state is visited once.
+    # The states form a functional graph. Each walk ends in a state with known steps or returns to
+    # itself. A walk that returns to itself is a cycle without an idle state: a hang. Every state is
+    # visited once.
     for start in range(len(follow)):
         path, at = [], start
         while steps[at] == unknown:

@@ -26,7 +26,7 @@ class Seeded(Bug):
         return Path(self.file).stem
 
     def library(self, folder: Path, library: Sequence[Path] = LIBRARY) -> list[Path]:
-        """Write the changed file into a folder; return the library with this file."""
+        """Write the changed file into a folder, and return the library with this file."""
         (original,) = (file for file in library if file.stem == self.block)
         copy = Path(shutil.copy(original, folder))
         bug = replace(self, file=copy.name)

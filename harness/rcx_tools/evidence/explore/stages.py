@@ -5,8 +5,8 @@ instance and on shared data: the robot, and the plain variables of the program. 
 of instance state, shared data and inputs occurs in millions of scans. The result of each call is
 therefore cached. Every state of a part has a number.
 
-This is not a further abstraction. While a call runs, the program contains only the instance, the
-shared data and the inputs of that call. `Explorer.check` compares one scan from each state with a
+The cache does not omit anything. While a call runs, the program contains only the instance, the
+shared data and the inputs of this call. `Explorer.check` compares one scan from each state with a
 scan of the whole program.
 """
 
@@ -26,7 +26,7 @@ __all__ = ["End", "Stages"]
 
 
 class _Numbered:
-    """Values of the program, each with a number and a note.
+    """The different values of a part of the program. Each value has a number and a note.
 
     Args:
         note: Function that makes the note while the program contains the value.
@@ -51,7 +51,7 @@ class End(NamedTuple):
     """The result of a scan.
 
     Attributes:
-        state: Numbers of the parts of the state: the shared data, then each instance.
+        state: The numbers of the parts of the state: first the shared data, then each instance.
         shared: Note of the shared data.
         notes: Notes of the instances.
     """
@@ -106,11 +106,11 @@ class Stages:
             view = tuple(look(robot) for look in looks)
             return self._views.number(view, view), self._number(0), shared()
 
-        # Full values and their abstract states. Index 0 is the shared data.
+        # Full values of each part, and their abstract states. Index 0 is the shared data.
         self._held = [_Numbered(note) for note in (note_shared, *notes)]
         self._frozen = [_Numbered(lambda: None) for _ in self._parts]
         self.first = tuple(self._number(k) for k in range(len(self._parts)))
-        """The initial state."""
+        """The initial state, as the numbers of its parts."""
         self._inputs = _Numbered(lambda: None)
         self._given = [self._inputs_of(own, choice) for choice in model.choices()]
         self._entries: list[dict[tuple[int, int], int]] = [{} for _ in self._parts]
@@ -118,15 +118,15 @@ class Stages:
         self._ends: list[dict[tuple[int, int], int]] = [{} for _ in own]
 
     def bytes_of(self, state: Sequence[int]) -> bytes:
-        """Return a state as the bytes of the abstraction."""
+        """Return a state in the bytes of the abstraction."""
         return b"".join(kept.values[one] for kept, one in zip(self._frozen, state, strict=True))
 
     def entry(self, state: Sequence[int], ticks: int) -> tuple[int, ...]:
-        """Return the parts at the start of a scan, this many ticks after the previous scan."""
+        """Return the parts of a state at the start of a scan, after a number of ticks."""
         return tuple([self._entered(k, one, ticks) for k, one in enumerate(state)])
 
     def notes(self, entry: Sequence[int]) -> list[Any]:
-        """Return the note of each instance."""
+        """Return the note of each instance in a state."""
         return [held.notes[one] for held, one in zip(self._held[1:], entry[1:], strict=True)]
 
     def scan(self, entry: Sequence[int], choice: Choice) -> End:
@@ -163,7 +163,7 @@ class Stages:
     # --- calls whose results are not cached yet ---
 
     def _inputs_of(self, own: Sequence[str], choice: Choice) -> tuple[int, ...]:
-        """Return the numbers of the inputs of each call.
+        """Return the number of the input values of each call.
 
         The values of `switches` are inputs of all calls.
         """
@@ -200,7 +200,7 @@ class Stages:
         return self._held[k].number(marshal.dumps(held, 2), held)
 
     def _put(self, shared: int, k: int, own: int) -> None:
-        """Load the shared data and one instance into the program; the rest stays initial."""
+        """Load the shared data and one instance into the program. The rest stays initial."""
         values = list(self._start)
         for part, number in ((0, shared), (k, own)):
             held = self._held[part].values[number]
@@ -209,7 +209,7 @@ class Stages:
         self._load(self._root, values)
 
     def _called(self, k: int, shared: int, own: int, given: int) -> tuple[int, int]:
-        """Call one instance; return the new numbers of the shared data and of the instance."""
+        """Call one instance. Return the new numbers of the shared data and of the instance."""
         self._put(shared, k, own)
         values, image = self._inputs.values[given]
         for name, value in values:

@@ -2,22 +2,24 @@
 
 Mutants are made of plc/lib (`library`), of the virtual controller, the monitors and the engine, and
 of the tables in spec/. A mutant is one small change of one file that still compiles. It is killed
-if a test of the suite fails with it. Mutants of the library are put into programs that this process
-contains, the others into throw-away copies of the repository. Each runs in its own child process.
-`seeded` means the bugs of seeded.toml. The tests that the row of a bug names must find the bug.
+if a test of the suite fails with it. Mutants of the library are inserted into programs in the
+memory of this process, all other mutants into temporary copies of the repository. Each mutant runs
+in its own child process. The argument `seeded` runs the bugs of seeded.toml. The tests in the row
+of a bug must find the bug.
 
 Outcomes are saved in out/verification/mutants.jsonl. A saved outcome is valid while its inputs are
 unchanged: the mutated file, the files compiled with it, and the test that has failed (or all tests,
-if none has). A run therefore continues where the last one ended. The same folder gets the survivors
-without a reason as rows for the tables in tests/tools/evidence: mutants-without-reason.toml for
-survivors.toml, and mutants-without-reason-harness.toml for survivors_harness.toml.
+if no test has failed). A run therefore continues where the last run ended. The same folder gets the
+survivors without a reason as rows for the tables in tests/tools/evidence:
+mutants-without-reason.toml for survivors.toml, and mutants-without-reason-harness.toml for
+survivors_harness.toml.
 
 The generated command blocks are similar to each other. Only a sample of their mutants, and of the
 mutants outside the library, is run. A seed determines the sample, and each operator is included.
 `--all` or MUTANTS=all runs all mutants.
 
-The tests that `make test` leaves out run last. Each run therefore also gives the score of the other
-tests, the quick tier.
+The tests that `make test` leaves out run last. Each run therefore also gives the score of the quick
+tests alone.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Saved data about the last test run without a mutant."""
+"""The saved data of the last test run without a mutant."""
 
 from __future__ import annotations
 
@@ -17,7 +17,8 @@ class Baseline:
         ran: The POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
         failed: Tests that fail without a mutant. They cannot kill a mutant.
-        builders: Tests that were the first to build a program. Together they compile all programs.
+        builders: Tests that were the first to build a program. Together these tests compile all
+            programs.
         states: Hash of each test file, by path.
         exhaustive: Tests that `make test` leaves out.
     """
@@ -45,11 +46,11 @@ class Baseline:
         return cls(ran, found["seconds"], failed, builders, found["states"], exhaustive)
 
     def holds(self, node: str, state: str) -> bool:
-        """Return whether a test has been run while its file had this state."""
+        """Return whether a test has been run with its file in this state."""
         return node in self.seconds and self.states.get(node.partition("::")[0]) == state
 
     def write(self, file: Path, library: str) -> None:
-        """Save the run."""
+        """Save the data of the test run."""
         names = sorted(frozenset().union(*self.ran.values()))
         places = {name: place for place, name in enumerate(names)}
         content = {

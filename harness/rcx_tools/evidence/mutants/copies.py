@@ -1,7 +1,7 @@
 """Temporary copies of the repository, in which tests run with one changed file.
 
-Each child process discards the imported packages. It imports the packages, their tables and their
-tests again from its copy.
+Each child process discards the imported packages, and imports them again from its copy, together
+with their tables and tests.
 """
 
 from __future__ import annotations
@@ -26,14 +26,14 @@ from structured_text.testing.tracing import PerTest
 
 __all__ = ["Copies", "Traced"]
 
-#: Packages that a child imports from its copy.
+#: Packages that a child process imports from its copy.
 _PACKAGES = ("rcx_harness", "rcx_tools", "structured_text")
 #: Files that are not copied because no test needs them.
 _LEFT_OUT = (".*", "out", "*.egg-info")
 #: Number of test files that are collected first. If one of their tests fails, no other file is
 #: collected.
 _FEW = 3
-#: Memory limit of a child [byte], because a mutant with an endless loop may fill a list.
+#: Memory limit of a child process [byte]. A mutant with an endless loop may fill a list.
 _MEMORY = 6 << 30
 
 
@@ -59,7 +59,7 @@ class Traced(PerTest):
         return codes
 
     def begin(self) -> None:
-        """Start tracing calls."""
+        """Start to record the functions that are called."""
         sys.settrace(self._call)
 
     def end(self) -> None:
@@ -128,14 +128,14 @@ class Copies:
         import hypothesis  # noqa: F401  # once for all children
 
     def close(self) -> None:
-        """Remove all copies."""
+        """Remove all copies of the repository."""
         shutil.rmtree(self._base, ignore_errors=True)
 
     def discard(self, pid: int) -> None:
-        """Remove the copy of a child that has ended."""
+        """Remove the copy of a child process that has ended."""
         shutil.rmtree(self._base / str(pid), ignore_errors=True)
 
-    # --- in a child ---
+    # --- in a child process ---
 
     def first_failure(
         self,
@@ -145,7 +145,7 @@ class Copies:
         exhaustive: Collection[str] = (),
         regenerate: bool = False,
     ) -> str | None:
-        """Run tests in a copy up to the first failure; return the test or another reason.
+        """Run tests in a copy up to the first failure. Return the failed test, or another reason.
 
         Args:
             changed: Texts of changed files, by path in the repository.
@@ -154,12 +154,12 @@ class Copies:
             exhaustive: Tests that run after all others.
             regenerate: Whether to regenerate the generated files of plc/lib.
         """
-        # Quick tests run before exhaustive ones, and a few files before the rest. If a test of
-        # these files fails, the others are not even collected. Each child has its own copy: files
-        # are hard links, and only changed files are written.
+        # Quick tests run before exhaustive ones, and a few files before the rest. If a test in
+        # these files fails, all other files are not collected. Each child process has its own copy:
+        # files are hard links, and only changed files are written.
         quick = [node for node in nodes if node not in exhaustive]
         own = self._base / str(os.getpid())
-        with suppress(OSError, ValueError):  # some systems have no such limit
+        with suppress(OSError, ValueError):  # some systems have no memory limit
             resource.setrlimit(resource.RLIMIT_AS, (_MEMORY, _MEMORY))
         shutil.copytree(self.original, own, copy_function=_linked, symlinks=True)
         for path, text in changed.items():
@@ -237,12 +237,12 @@ def _regenerate(copy: Path) -> None:
         _write(copy / path, write())
     bits: Any = importlib.import_module("rcx_tools.library.signals").signal_files()
     for path, write in bits.items():
-        if (copy / path).is_file():  # handwritten files, of which some may be missing
+        if (copy / path).is_file():  # handwritten files; some of them may be missing in the copy
             _write(copy / path, write())
 
 
 def _linked(source: str, target: str) -> None:
-    """Link a file, or copy it if links are not possible."""
+    """Create a hard link to a file. If that is not possible, copy the file."""
     try:
         os.link(source, target)
     except OSError:
@@ -250,7 +250,7 @@ def _linked(source: str, target: str) -> None:
 
 
 def _write(file: Path, text: str) -> None:
-    """Replace a file. Other links to the old file keep its content."""
+    """Replace a file. Other hard links to the old file keep the old content."""
     file.parent.mkdir(parents=True, exist_ok=True)
     file.unlink(missing_ok=True)
     file.write_text(text, encoding="utf-8")

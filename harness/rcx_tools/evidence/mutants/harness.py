@@ -1,10 +1,11 @@
 """Mutants of the parts that check the library: virtual controller, monitors, engine, tables.
 
-Each mutant runs in a throw-away copy of the repository. The tests that judge it have executed its
-function: some tests of each file, tests with words of the changed line in their names, tests that
-execute few other functions, and the quickest tests. The tests that judge a mutant of a table have
-the name of the entry in their names, or the name of anything that contains the entry. plc/lib is
-generated again from a changed table, so that the table and the library agree.
+Each mutant runs in a throw-away copy of the repository. A mutant is judged by tests that have
+executed the changed function: some tests of each file, tests with words of the changed line in
+their names, tests that execute few other functions, and the quickest tests. A mutant of a table is
+judged by tests with the name of the table entry in their names, or with the name of something that
+contains the entry. plc/lib is generated again from a changed table, so that the table and the
+library agree.
 """
 
 from __future__ import annotations
@@ -55,14 +56,14 @@ __all__ = ["KINDS", "HarnessRun", "Kind"]
 _PACKAGE, _TOOLKIT = "harness/rcx_harness", "harness/structured_text"
 #: Number of test files in one run without a mutant.
 _SHARD = 6
-#: Time limit of such a run [s].
+#: Time limit of one run without a mutant [s].
 _PATIENCE_S = 1000.0
 #: Limits of the total time [s] of additional tests, which run the changed function or a user of the
 #: changed value: tests that run the fewest other functions, and the quickest tests.
 _NEAREST_S, _QUICKEST_S = 25.0, 6.0
 #: Approximate factor by which tests are slower while their functions are recorded.
 _TRACED = 2.0
-#: A table that contains only sentences for people, so it is not mutated.
+#: A table that is not mutated, because it contains only sentences for people.
 _PROSE = "rules.toml"
 #: Number of tests for a table entry that no test names, or for a module in which no function was
 #: executed.
@@ -77,9 +78,9 @@ class Kind:
         name: Name for people.
         sources: Files and folders that are mutated.
         folders: Folders and files of tests.
-        one_of: On average one of this many changes becomes a mutant.
-        pattern: The files of a folder that are mutated. All files of a kind have one suffix,
-            because the tests of a table are selected in a different way than those of a module.
+        one_of: On average, one out of this number of changes becomes a mutant.
+        pattern: Pattern of the mutated files in a folder. All files of a kind have the same suffix,
+            because tests are selected differently for tables and for modules.
     """
 
     name: str
@@ -215,15 +216,18 @@ class HarnessRun:
         return replace(baseline, ran={node: ran[node] for node in judging})
 
     def _matters(self, path: Path) -> bool:
-        """Return whether a path is a source that tests execute.
+        """Return whether a path is a source file that tests execute.
 
-        Tests do not execute anything of this package.
+        The result is False for files of rcx_tools, because tests do not execute them.
         """
         parts = path.relative_to(self._root).parts
         return path.is_file() and not {"__pycache__", "verify", "evidence"} & set(parts)
 
     def _traced(self, copies: Copies, files: Sequence[str]) -> Iterator[dict[str, Any]]:
-        """Run test files, several in each child process; yield the records of each child."""
+        """Run test files, several of them in each child process.
+
+        Yield the records of each child process.
+        """
         shards = [tuple(files[k :: _shards(files)]) for k in range(_shards(files))]
         folder = copies.original / "out"
         folder.mkdir(exist_ok=True)
@@ -293,7 +297,7 @@ class HarnessRun:
     def _about(
         self, mutants: Sequence[Mutant], paths: Sequence[str], baseline: Baseline
     ) -> dict[str, frozenset[str]]:
-        """Return what the tests are about: the functions that they execute, or table entries."""
+        """Return the subjects of the tests: the functions that they execute, or table entries."""
         files = self._tests(paths)
         ran = {node: about for node, about in baseline.ran.items() if _file(node) in files}
         entries = {one.pou for one in mutants if _is_table(one.file)}
@@ -326,7 +330,7 @@ class HarnessRun:
     def _others(self, mutant: Mutant, ran: dict[str, frozenset[str]]) -> list[str]:
         """Return tests for a module in which no test has executed a function.
 
-        These are tests in files that contain the name of the module.
+        The tests are in files that contain the name of the module.
         """
         name = Path(mutant.file).stem
         files = sorted({_file(node) for node in ran})
@@ -377,7 +381,7 @@ def _shards(files: Sequence[str]) -> int:
 
 
 def _own(file: str, nodes: Mapping[str, frozenset[str]]) -> tuple[str, ...]:
-    """Return test files with the name of a module in their path; for tables those of tests/spec."""
+    """Return the test files with the module's name in their path; for tables tests/spec."""
     stem = Path(file).stem
     files = sorted({_file(node) for node in nodes})
     if _is_table(file):

@@ -40,7 +40,7 @@ from structured_text.projects.needed import needed
 
 __all__ = ["LibraryRun", "sample"]
 
-#: Number of mutants for each generated block.
+#: Number of mutants that are run for each generated block.
 SAMPLE = 16
 
 

@@ -13,7 +13,7 @@ from structured_text.output.system import copied, copy_ended
 
 __all__ = ["PATIENCE_S", "run_tasks"]
 
-#: Time limit of a child: a factor for the processor time of its tests, plus a constant [s].
+#: Time limit of a child process: a factor for the processor time of its tests, plus a constant [s].
 _SLOWER, PATIENCE_S = 4.0, 15.0
 
 
@@ -44,7 +44,7 @@ class _Pool:
         self._running[pid] = (task, reading)
 
     def ended(self) -> Outcome:
-        """Wait for the next child to end; return its outcome."""
+        """Wait for the end of the next child process, and return its outcome."""
         pid, how, seconds = copy_ended()
         task, reading = self._running.pop(pid)
         self._told(pid)
@@ -66,16 +66,16 @@ def run_tasks(
     ended: Callable[[int], None] = lambda pid: None,
     patience_s: float = PATIENCE_S,
 ) -> Iterator[Outcome]:
-    """Run mutants in parallel; yield the outcome of each as it ends.
+    """Run mutants in parallel. Yield each outcome as soon as the mutant ends.
 
     Args:
         tasks: Mutants with their tests.
-        run: Function that runs in a child: it runs the tests with the mutant and returns the test
-            that found the mutant.
+        run: Function that is called in a child process. It runs the tests with the mutant and
+            returns the test that found the mutant.
         jobs: Number of mutants that run in parallel.
-        ended: Called with the process number of each child that has ended.
-        patience_s: Time that a child gets in addition to its tests. After that the mutant counts as
-            killed.
+        ended: Function that is called with the process number of each child process that has ended.
+        patience_s: Time that a child process gets in addition to its tests. After this time the
+            mutant counts as killed.
     """
     pool = _Pool(run, ended, patience_s)
     gc.collect()

@@ -15,7 +15,7 @@ __all__ = ["print_report"]
 def print_report(
     console: Console, found: Mapping[str, Any], *, show: int, kind: str, table_of: str
 ) -> None:
-    """Print the figures of a kind, and at most `show` survivors without a reason."""
+    """Print the figures of one kind of mutants, and at most `show` survivors without a reason."""
     for title in ("score_by_folder", "score_by_operator"):
         table = Table(title=f"{kind}: {title.replace('_', ' ')}")
         for column in ("", "mutants", "killed", "score"):

@@ -1,8 +1,8 @@
 """Mutation operators for Python: small mistakes that people make, in each function and table.
 
-Cosmic Ray and mutmut also have operators. But they do not delete statements, they do not replace an
-attribute by a similar one, they do not save outcomes, and they do not support tables. The module
-`ast` is sufficient for all this.
+Cosmic Ray and mutmut also have operators. However, these tools do not delete statements, do not
+replace an attribute by a similar attribute, do not save outcomes, and do not support tables. The
+module `ast` is sufficient for all of this.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ _Op = TypeVar("_Op")
 
 
 def _both(one: _Op, other: _Op) -> list[tuple[_Op, _Op]]:
-    """Return both directions of an exchange of operators."""
+    """Return the exchange of two operators in both directions."""
     return [(one, other), (other, one)]
 
 
@@ -58,8 +58,8 @@ _ARITHMETIC: dict[type[ast.operator], type[ast.operator]] = {
 }
 _PAIRS = {"min": "max", "max": "min", "any": "all", "all": "any"}
 _SIGNAL = re.compile(r"S[IO]\d\d")
-#: Methods whose results are only for people, and classes of errors. Changes in them have no effect
-#: on the behaviour.
+#: Methods with results for people only, and classes of errors. Changes in these have no effect on
+#: the behaviour.
 _SPOKEN = ("__repr__", "__str__")
 _ERRORS = ("InputError", "LiteralError", "ProgramError")
 
@@ -95,7 +95,7 @@ def concerned(pou: str, line: int, texts: Mapping[str, str]) -> frozenset[str]:
 
 
 def _named(text: str, line: int) -> frozenset[str]:
-    """Return the names that get a value at this line."""
+    """Return the names to which this line assigns a value."""
     targets = [
         target
         for node in ast.walk(ast.parse(text))
@@ -173,7 +173,7 @@ def file_key(path: str) -> str:
 
 
 class _Finder:
-    """Finder of the places in a module where a mistake is possible."""
+    """Search for all positions in a module at which a mistake is possible."""
 
     def __init__(self, text: str, key: str) -> None:
         self._text = text
@@ -187,7 +187,7 @@ class _Finder:
         self._signals = sorted(set(_SIGNAL.findall(text)))
 
     def changes(self) -> Iterator[Change]:
-        """Yield every change, in the order of the text."""
+        """Yield every possible change of the module, in the order of the text."""
         yield from self._inside(self._tree, "", "")
 
     # --- tree ---
@@ -295,7 +295,7 @@ class _Finder:
         return self._starts[line - 1] + len(before)
 
     def _attributes(self) -> dict[str, list[str]]:
-        """Return attributes that may be confused with each other, by family."""
+        """Return groups of attributes that a programmer may confuse, by family."""
         found: dict[str, set[str]] = {}
         for node in ast.walk(self._tree):
             if isinstance(node, ast.Attribute) and (key := _family(node)):
@@ -318,7 +318,10 @@ def _family(node: ast.Attribute) -> str:
 
 
 def _parts(node: ast.AST) -> Iterator[ast.AST]:
-    """Yield the parts of a node with an effect: no types, decorators, texts or export lists."""
+    """Yield the parts of a node that have an effect.
+
+    Types, decorators, texts and export lists have none.
+    """
     if isinstance(node, (ast.JoinedStr, ast.Assert, ast.Import, ast.ImportFrom)):
         return
     if isinstance(node, ast.Call) and ast.unparse(node.func).rpartition(".")[2] in _ERRORS:
@@ -343,7 +346,7 @@ def _is_spoken(node: ast.AST) -> bool:
 
 
 def _acts(node: ast.stmt) -> bool:
-    """Return whether a statement changes something that outlives the function."""
+    """Return whether a statement changes something that still exists after the function."""
     if isinstance(node, ast.Assign):
         return isinstance(node.targets[0], (ast.Attribute, ast.Subscript))
     if isinstance(node, ast.AugAssign):

@@ -1,8 +1,7 @@
-"""Samples of all possible changes; the same seed always gives the same sample.
+"""Samples of all possible changes. The same seed always gives the same sample.
 
-The hash of a change alone determines whether the change is taken. If code moves or changes
-elsewhere, the rest of the sample stays unchanged. The recorded reasons of survivors therefore stay
-valid.
+The hash of a change alone determines whether the change is taken. If other code moves or changes,
+the sample stays the same. The recorded reasons of survivors therefore stay valid.
 """
 
 from __future__ import annotations
@@ -21,7 +20,7 @@ __all__ = ["Change", "sampled"]
 
 @dataclass(frozen=True)
 class Change:
-    """One change of a file: its operator, the function or entry that contains it, and its edits."""
+    """One change of a file: the operator, the changed function or entry, and the edits."""
 
     operator: str
     pou: str
@@ -45,7 +44,8 @@ def sampled(
         found: All possible changes of the file.
         meaning: Function that returns the meaning of a text. Changes with equal meanings count
             once. A change that does not alter the meaning of the file is not a mutant.
-        one_of: On average one of this many changes is taken; 1 takes all.
+        one_of: On average, one out of this number of changes is taken. With 1 all changes are
+            taken.
         seed: Seed of the sample.
     """
     text = file.read_text(encoding="utf-8")

@@ -17,7 +17,7 @@ __all__ = ["Bug", "bugs"]
 
 @dataclass(frozen=True)
 class Bug(broken.Bug):
-    """One row of the table; `file` is a path in the repository."""
+    """One row of the table of bugs. `file` is a path in the repository."""
 
     tests: tuple[str, ...]
 
@@ -25,7 +25,7 @@ class Bug(broken.Bug):
     def of_library(self) -> bool:
         """Return whether the bug is in Structured Text.
 
-        Every test of its row may execute that code.
+        Every test in the row of the bug may execute Structured Text.
         """
         return self.file.endswith(".st")
 
@@ -53,7 +53,7 @@ class Bug(broken.Bug):
 
 
 def bugs(file: Path) -> list[Bug]:
-    """Return the rows of a table; none if the file does not exist.
+    """Return the rows of a table of bugs. If the file does not exist, return no rows.
 
     Raises:
         InputError: See `broken.bugs`.

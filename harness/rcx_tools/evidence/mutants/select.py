@@ -24,7 +24,8 @@ __all__ = [
     "nearest",
 ]
 
-#: Most tests from a file that the head of the POU does not name. Fault runs are long: only one.
+#: Greatest number of tests from a file that the head of the POU does not name. Fault runs are long,
+#: so only one of them is taken.
 _OF_OTHERS, _OF_FAULTS = 8, 1
 #: Number of additional tests with words of the changed line in their names.
 _ALIKE = 8
@@ -67,17 +68,17 @@ class TestStates:
 
 @dataclass
 class Judges:
-    """Selector of tests that have run a POU.
+    """The selection of tests for the mutants of a POU. All these tests have run the POU.
 
-    The selected tests are all tests in files that the head of the source names or that name the POU
-    themselves, and some evenly spread tests of every other file.
+    In test files that the head of the source names, and in test files that name the POU, all tests
+    are selected. In every other test file, some evenly spread tests are selected.
 
     Args:
         states: Hashes of the test files.
         ran: Upper-case names of the POUs that each test has run, in the order of the tests.
         seconds: Processor time of each test.
         named_only: Whether to take only tests that the head of the file names.
-        exhaustive: Tests that `make test` leaves out. They come last.
+        exhaustive: Tests that `make test` leaves out. These tests come last.
     """
 
     states: TestStates
@@ -131,7 +132,7 @@ class Judges:
         return self.states.of(file)
 
     def state(self, nodes: Iterable[str]) -> str:
-        """Return a hash of tests: of their identifiers, and of the texts of their files."""
+        """Return a hash of tests: of their identifiers and of the texts of their files."""
         names = sorted(nodes)
         digest = hashlib.sha256("\n".join(names).encode())
         for file in sorted({name.partition("::")[0] for name in names}):
@@ -140,7 +141,7 @@ class Judges:
 
 
 def _own_first(nodes: Sequence[str], key: str, most: int) -> list[str]:
-    """Return at most `most` tests: first tests with the POU among their parameters, then others."""
+    """Return at most `most` tests. Tests with the POU among their parameters come first."""
     own = [node for node in nodes if _is_own(node, key)][:most]
     others = [node for node in nodes if node not in own]
     return [*own, *spread(others, most - len(own))]
@@ -153,7 +154,7 @@ def _is_own(node: str, key: str) -> bool:
 
 
 def alike(changed: str, nodes: Iterable[str]) -> list[str]:
-    """Return the tests whose names share most words with a changed line and its function."""
+    """Return the tests whose names contain the most words of a changed line and its function."""
     words = _words(changed)
     shared = Counter({node: len(words & _words(node.partition("::")[2])) for node in nodes})
     return [node for node, count in shared.most_common(_ALIKE) if count]
@@ -174,8 +175,8 @@ def nearest(
 def cheapest(nodes: Iterable[str], seconds: Mapping[str, float], most_s: float) -> list[str]:
     """Return quick tests within a limit of the total time.
 
-    The quickest case of each test function comes first, then the second quickest of each, and so
-    on.
+    The quickest case of each test function comes first, then the second quickest case of each
+    function, and so on.
     """
     functions: dict[str, list[str]] = {}
     for node in sorted(nodes, key=seconds.__getitem__):

@@ -35,13 +35,13 @@ FOLDERS = (
     *("faults", "chapters", "examples"),
     "tools/library",
 )
-#: Parts of the names of tests that are left out: they are about the network, other engines, or test
-#: tools.
+#: Tests with these parts in their names are left out. They are about the network, other engines, or
+#: test tools.
 _OTHERS = (
     *("[enip", "-enip", "over_ethernet_ip", "matiec", "strucpp"),
     *("test_fault_runner", "test_files.py"),
 )
-#: Number of fault runs for each block, because they are long.
+#: Number of fault runs for each block. It is small, because fault runs are long.
 _FAULT_RUNS = 3
 
 
@@ -102,7 +102,7 @@ class Suite:
         return int(pytest.main([*pytest_options(self.root), *there], plugins=[_Plugin(self)]))
 
     def run(self, nodes: Iterable[str]) -> str | None:
-        """Run tests one after the other until one fails; return this test, or None."""
+        """Run tests one after the other until a test fails. Return the failed test, or None."""
         items = [self.items[node] for node in nodes]
         for item, following in zip_longest(items, items[1:]):
             if not self.passes(item, following):
@@ -111,12 +111,12 @@ class Suite:
 
     @staticmethod
     def passes(item: pytest.Item, following: pytest.Item | None) -> bool:
-        """Run one test; return whether it passes. A skipped test counts as passed."""
+        """Run one test, and return whether it passes. A skipped test counts as passed."""
         reports = runtestprotocol(item, log=False, nextitem=following)
         return not any(report.failed for report in reports)
 
     def timed(self, node: str) -> tuple[bool, float]:
-        """Run one test alone; return whether it passes, and its processor time [s]."""
+        """Run one test alone. Return whether it passes, and its processor time [s]."""
         start = time.process_time()
         passed = self.passes(self.items[node], None)
         return passed, time.process_time() - start
@@ -133,7 +133,7 @@ def pytest_options(root: Path) -> list[str]:
 
 def settle_hypothesis() -> None:
     """Make hypothesis use the same examples in every run, without a database."""
-    from hypothesis import Phase, settings  # hypothesis is only installed together with the tests
+    from hypothesis import Phase, settings  # hypothesis is installed only together with the tests
 
     phases = (Phase.explicit, Phase.generate)
     settings.register_profile(

@@ -40,7 +40,7 @@ _CASE = re.compile(r"\w+ = (\"[^\"]*\")")
 
 
 def table_changes(text: str) -> list[Change]:
-    """Return all changes of a table."""
+    """Return all possible changes of a table in spec/."""
     return [Change(operator, entry_at(text, edits[0].span.start), edits)
             for operator, edits in _changes(text)]  # fmt: skip
 
@@ -88,7 +88,7 @@ def _changes(text: str) -> Iterator[tuple[str, tuple[Edit, ...]]]:
 
 
 def _defaults(text: str) -> Iterator[tuple[str, tuple[Edit, ...]]]:
-    """Yield changes of a default: to another number, or to another member of the enumeration."""
+    """Yield changes of a default value: to another number, or another enumeration member."""
     members = re.findall(r"\[\"([A-Z_0-9]+)\", ", text)
     for match in re.finditer(r"default = (\"([^\"]*)\")", text):
         old = match[2]
@@ -142,8 +142,8 @@ def entry_at(text: str, offset: int) -> str:
 def marks_of(entry: str, files: Sequence[Path]) -> tuple[str, ...]:
     """Return texts that occur in the names of tests about an entry.
 
-    These are the names of the entry, of all entries that directly or indirectly name it, and of the
-    commands of such blocks.
+    The texts are the names of the entry, of all entries that directly or indirectly name it, and of
+    the commands of these blocks.
     """
     found, waiting = {entry}, [entry]
     parts = [part for file in files for part in re.split(r"\n(?=\[\[)", file.read_text("utf-8"))]

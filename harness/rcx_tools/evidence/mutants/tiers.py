@@ -1,4 +1,4 @@
-"""Share of the mutants that the quick tests find, compared with all tests."""
+"""The share of the mutants that the quick tests find, compared with all tests."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from structured_text.mutants.report import Judged
 
 __all__ = ["QUICK_GOAL", "print_quick_tier", "quick_tier"]
 
-#: Least share of the mutants found by all tests that `make test` must find [%].
+#: Least share of the found mutants that `make test` must find [%].
 QUICK_GOAL = 95.0
 _MOST = 12
 
@@ -20,7 +20,7 @@ _MOST = 12
 def quick_tier(judged: Sequence[Judged], exhaustive: Collection[str]) -> dict[str, Any]:
     """Return the share of the killed mutants that the quick tests find.
 
-    Exhaustive tests run last. So if one of them has found a mutant, no quick test finds the mutant.
+    Exhaustive tests run last. If an exhaustive test has found a mutant, no quick test finds it.
 
     Args:
         judged: All mutants, each with the test that has found it.

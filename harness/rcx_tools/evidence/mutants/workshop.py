@@ -25,7 +25,7 @@ from structured_text.language.source import source_text
 from structured_text.mutants.engine import Checked, load_checked, python_of, rechecked
 from structured_text.output.paths import real
 
-# Imported by name because the packages contain functions with the same names as the modules.
+# The modules are imported by name, because their packages contain functions with the same names.
 front: Any = import_module("structured_text.language.load")
 chooser: Any = import_module("structured_text.engines.load")
 compiling: Any = import_module("structured_text.engines.builtin.compile")
@@ -35,7 +35,7 @@ __all__ = ["Workshop"]
 
 @dataclass(frozen=True)
 class _Change:
-    """The change by a mutant; see `Workshop.put_in`."""
+    """The change that a mutant makes (see `Workshop.put_in`)."""
 
     file: Path
     text: str
@@ -55,7 +55,7 @@ class _Compiled:
 
 @dataclass
 class Workshop:
-    """Replacement for the loader and the compiler of this process.
+    """A replacement for the loader and the compiler of Structured Text in this process.
 
     Attributes:
         seen: Upper-case names of the POUs that have run since the last call of `watch`.
@@ -104,7 +104,7 @@ class Workshop:
         self._watched = []
 
     def unwatch(self) -> None:
-        """Stop recording; every program then runs as it was compiled."""
+        """Stop recording. Every program then runs as it was compiled."""
         self.watch()
         self._watching = False
         for compiled in self._compiled.values():
@@ -132,7 +132,7 @@ class Workshop:
         return len(self._compiled)
 
     def load(self, paths: Sequence[Path]) -> Project:
-        """Return a checked project; return the same object for the same sources.
+        """Return a checked project. For the same sources return the same object.
 
         If a mutant is set, its body is inserted into the compiled program. If a declaration is
         changed, the program cannot take the mutant and is compiled again.
@@ -222,5 +222,5 @@ class _Builder:
         self._workshop = workshop
 
     def build(self, project: Project) -> BuiltinProgram:
-        """Return a program of the workshop."""
+        """Return a program that the workshop has compiled."""
         return self._workshop.program(project)

@@ -1,1 +1,1 @@
-"""Proofs of the properties of plc/lib for every user program: `make prove`."""
+"""Proofs that plc/lib has certain properties in every program of a user: `make prove`."""

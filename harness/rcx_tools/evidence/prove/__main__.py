@@ -1,7 +1,7 @@
 """Command `python -m rcx_tools.evidence.prove`: prove the library; write out/prove.json.
 
-If properties or seeded bugs are named, or another copy of the library is given, only this part
-runs. The outcome of named properties or bugs is written to out/prove/part.json.
+If the user names properties, seeded bugs or another copy of the library, only these are checked.
+Their outcome is written to out/prove/part.json.
 """
 
 from __future__ import annotations
@@ -27,7 +27,7 @@ from structured_text.output.system import processors
 
 __all__ = ["LIBRARY", "main"]
 
-#: The library that is proved.
+#: The folder of the library that is proved.
 LIBRARY = ROOT / "plc" / "lib"
 _OUT = ROOT / "out"
 
@@ -62,7 +62,7 @@ def _positive(text: str) -> float:
 
 
 class _Runner:
-    """Runner of the jobs that have no saved outcome. It saves only good outcomes."""
+    """Runs all jobs without a saved outcome. Only good outcomes are saved."""
 
     def __init__(self, options: Namespace, console: Console) -> None:
         self._known = Results(options.out / "prove" / "known.jsonl", fresh=options.fresh)
@@ -77,14 +77,14 @@ class _Runner:
         died: Run[Any],
         prepare: Callable[[], None] = lambda: None,
     ) -> dict[str, Any]:
-        """Return the outcomes by key; reuse good outcomes of earlier runs.
+        """Return the outcomes of jobs by key, and reuse good outcomes of earlier runs.
 
         Args:
             title: The title of the progress bar.
             run: Function that runs a job.
             work: The jobs.
             died: Function that returns the outcome of a job whose process has died.
-            prepare: Function that is called once before the first job, if any job has to run.
+            prepare: Function that is called before the first job, if there is a job to run.
         """
         found = {job.key: known for job in work if (known := self._known.get(job.key))}
         missing: list[HasKey] = [job for job in work if job.key not in found]

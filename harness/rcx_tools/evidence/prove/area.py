@@ -1,4 +1,4 @@
-"""The areas of the controller in the process image, as the proofs read them (chapter 1, 4).
+"""The layout of the controller's areas in the process image, for the proofs (chapter 1, 4).
 
 The layout is taken from the manual independently of plc/lib. An error in the layout of plc/lib is
 therefore detected.
@@ -34,7 +34,7 @@ __all__ = [
 #: The dedicated inputs in bytes n + 32 and n + 33 (chapter 5, 1): SI(00), SI(01), SI(06), SI(10),
 #: SI(12), SI(14) to SI(17).
 INPUTS = 0x0043 | 0xF500
-#: SI(00) and SI(06): switching them OFF takes effect at once.
+#: The bits of SI(00) and SI(06). Switching these inputs OFF takes effect immediately.
 STOPS = 0x0041
 #: Offset of the first byte of the dedicated bits, from m or n (chapter 1, 4.1).
 DEDICATED = 32
@@ -45,7 +45,10 @@ Memory = Mapping[Path, Value]
 
 
 def byte(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
-    """Return a byte of the image. An image of words is little endian (guide chapter 1, 1.1)."""
+    """Return a byte of the process image.
+
+    An image of words is little endian (guide chapter 1, 1.1).
+    """
     image = machine.term(IMAGE, memory)
     if image.sort().range().size() == 8:
         return z3.Select(image, address)
@@ -56,7 +59,7 @@ def byte(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
 
 
 def word(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
-    """Return a word of the image. Its distance from the start of the area must be even."""
+    """Return a word of the process image. Its offset in the area must be even."""
     image = machine.term(IMAGE, memory)
     if image.sort().range().size() == 8:
         return z3.Concat(z3.Select(image, address + 1), z3.Select(image, address))
@@ -64,12 +67,12 @@ def word(machine: Machine, address: Any, memory: Memory | None = None) -> Any:
 
 
 def offset(machine: Machine, pin: str = "N") -> Any:
-    """Return the first byte of the area as an address of 32 bits."""
+    """Return the address of the first byte of an area, in 32 bits."""
     return z3.SignExt(16, machine.term((*BLOCK, pin)))
 
 
 def legal_image(machine: Machine) -> Any:
-    """Return the claim that ImageSize is at most the 512 bytes of the array (chapter 1, 4).
+    """Return the claim that ImageSize does not exceed the array of 512 bytes (chapter 1, 4).
 
     The manual allows images of any size, so the array is the only limit.
     """
@@ -83,7 +86,7 @@ def accepted(step: Step) -> Any:
 
 
 def again(step: Step) -> Any:
-    """Return the claim that this was another call in the same scan, with a legal area."""
+    """Return the claim that FB_WriteArea was already called in this scan, with a legal area."""
     return step.now((*BLOCK, "ERRORID")) == AGAIN
 
 

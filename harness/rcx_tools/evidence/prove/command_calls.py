@@ -1,4 +1,4 @@
-"""A call of a command block: the command that it holds, its request, and its pins."""
+"""A call of a command block, with access to its stored command, its request, and its pins."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ __all__ = ["Call", "Held"]
 
 @dataclass(frozen=True)
 class Held:
-    """The command that a block holds, whether the job is busy, and why the command is refused."""
+    """The command that a block stores until it is sent, and why it may be refused."""
 
     busy: Any
     refused: Any
@@ -36,14 +36,14 @@ class Held:
         return z3.And(self.busy, self.refused == 0)
 
     def same(self, other: Held) -> Any:
-        """Return the claim that both commands are equal, apart from `busy`."""
+        """Return the claim that two stored commands are equal, apart from `busy`."""
         pairs = [(self.refused, other.refused), (self.code, other.code)]
         pairs += zip(self.data, other.data, strict=True)
         return z3.And([one == two for one, two in pairs])
 
 
 class Call:
-    """One call of a command block, from any state with a busy job or from any state without.
+    """One call of a command block, either from any state with a busy job or from any other state.
 
     Attributes:
         block: Name of the block in upper case.
@@ -68,12 +68,12 @@ class Call:
 
     @cached_property
     def was(self) -> Held:
-        """Return the held command before the call."""
+        """Return the stored command before the call."""
         return self._held(self.step.before)
 
     @cached_property
     def now(self) -> Held:
-        """Return the held command after the call."""
+        """Return the stored command after the call."""
         return self._held(self.machine.snapshot())
 
     def _held(self, memory: Mapping[Path, Value]) -> Held:
@@ -81,7 +81,7 @@ class Call:
             return self.machine.term((*BLOCK, *path), memory)
 
         busy = term("JOB", "BUSY")
-        if self.block == "FB_CONTINUOUSPOSITION":  # this block only starts legal commands
+        if self.block == "FB_CONTINUOUSPOSITION":  # all its commands are legal
             data = tuple(z3.BitVecVal(int(k == 0), 16) for k in WORDS)
             return Held(busy, z3.BitVecVal(0, 16), term("CODE"), data)
         data = tuple(term("DATA", k) for k in WORDS)
@@ -90,7 +90,7 @@ class Call:
         return Held(busy, term("JOB", "TROUBLE"), term("JOB", "HOLDER"), data)
 
     def between(self, memory: Mapping[Path, Value], unused: Iterable[int]) -> Any:
-        """Return the invariant between two calls, without the claims about the held command."""
+        """Return the invariant between two calls, without the claims about the stored command."""
         held = self._held(memory)
         rules = [z3.Implies(self.machine.term((*BLOCK, "JOB", "ACTIVE"), memory), held.busy)]
         rules += [held.data[k] == 0 for k in unused]
@@ -101,7 +101,7 @@ class Call:
 
     @property
     def turn(self) -> Any:
-        """Return the claim about the job that the property `turn-once` has proved."""
+        """Return the claim about the turn of the job that property `turn-once` has proved."""
         was, job, channel = self.step.was, (*BLOCK, "JOB"), (*ROBOT, "INNER", "COMMAND")
         own = was((*job, "TICKET")) == was((*channel, "SERVING"))
         number = was((*ROBOT, "INNER", "SCAN"))
@@ -111,7 +111,7 @@ class Call:
 
     @property
     def requested(self) -> Any:
-        """Return the claim that this call has requested nothing, or exactly the held command."""
+        """Return the claim that this call has requested nothing, or exactly the stored command."""
         inner = (*ROBOT, "INNER")
         code, asked = (*inner, "CODE"), (*inner, "CODEREQUEST")
         data = [(*inner, "DATA", k) for k in WORDS]

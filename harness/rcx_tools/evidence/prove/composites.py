@@ -1,4 +1,4 @@
-"""Invariants between two calls of the blocks whose proofs use the proofs of inner blocks."""
+"""Invariants of composite blocks. Their proofs use the proofs of their inner blocks."""
 
 from __future__ import annotations
 
@@ -19,11 +19,11 @@ __all__ = ["COLLECTS", "inside", "keeps"]
 
 Memory = Mapping[Path, Value]
 
-#: Block whose alarm is the alarm of its command that has ended abnormally.
+#: The block that shows the alarm of its inner command if this command ends abnormally.
 COLLECTS = "FB_PICKPLACE"
 
-#: Kind of the rows that each inner block of FB_RcxMove executes. `_FORWARDS`: kinds that run in
-#: forward direction only.
+#: Maps an inner block of FB_RcxMove to the kind of rows that it executes. `_FORWARDS` has the kinds
+#: that run only in forward direction.
 _KINDS = {
     "PTP": "PTP",
     "STRAIGHT": "LINEAR",
@@ -53,7 +53,7 @@ def inside(library: Library, name: str, path: Path = BLOCK) -> Iterator[tuple[Pa
 
 
 class _State:
-    """The scalars of a block, in one state of the memory."""
+    """Access to the scalars of a block in one state of the memory."""
 
     def __init__(self, machine: Machine, memory: Memory) -> None:
         self._machine, self._memory = machine, memory
@@ -63,7 +63,7 @@ class _State:
         return self._machine.term((*BLOCK, *path), self._memory)
 
     def among(self, path: tuple[str, ...], *members: str) -> Any:
-        """Return the claim that an enumeration has one of these members as its value."""
+        """Return the claim that the value of an enumeration is one of these members."""
         kind = self._machine.type_of((*BLOCK, *path))
         assert isinstance(kind, EnumType)
         places = [member.upper() for member in kind.members]
@@ -104,7 +104,7 @@ def _table(library: Library, state: _State) -> Iterator[Any]:
 
 
 def _row(state: _State, block: str) -> Any:
-    """Return the claim that the running row needs this block."""
+    """Return the claim that this inner block executes the running row."""
     get = state.get
     kind = ("PRESENT", "KIND")
     if block == "PORT":
@@ -116,8 +116,8 @@ def _row(state: _State, block: str) -> Any:
     return z3.And(z3.Not(get("ARRIVED")), state.among(kind, f"MOVE_{own}"), forwards)
 
 
-#: Stages of FB_PickPlace by the inner block that works in them. `_NEAR` and `_AT_TARGET`: stages
-#: close to source or target.
+#: Maps an inner block of FB_PickPlace to the stages in which it works. `_NEAR` and `_AT_TARGET` are
+#: stages close to source or target.
 _MOVES = ("TO_SOURCE", "TO_PART", "LIFT", "TO_TARGET", "LOWER", "LEAVE", "SHIFT")
 _NEAR = ("TO_PART", "LIFT", "LOWER", "LEAVE")
 _AT_TARGET = ("TO_TARGET", "LOWER", "LEAVE")
@@ -126,7 +126,7 @@ _LOOKS = ("EMPTY", "CHECK", "STILL")
 
 
 def _pick(library: Library, state: _State) -> Iterator[Any]:
-    """Yield the claims: only the block of the current stage is busy; the outputs agree.
+    """Yield the claims that only the block of the current stage is busy, and the outputs agree.
 
     A block that was withdrawn in the last call may still be busy.
     """
@@ -198,7 +198,7 @@ def _task(state: _State, path: Path) -> Any:
 
 
 def _legal(number: Any) -> Any:
-    """Return the claim that an input with this number exists; number 20 means DI(20)."""
+    """Return the claim that a digital input with this number exists; 20 means DI(20)."""
     return z3.And(number > 0, z3.SRem(number, z3.BitVecVal(10, number.size())) <= 7)
 
 

@@ -1,8 +1,8 @@
 """The contract of each block: rules for its pins Execute, Enable, Busy, Done, Valid and Error.
 
-Candidates for the invariant between the calls come from templates. Examples are equal pins of inner
-blocks, or outputs that exclude each other. A candidate that a call can violate is dropped. This is
-repeated until the remaining candidates together are inductive (Houdini).
+The proof needs an invariant between two calls. Templates give candidates for it, such as equal pins
+of inner blocks, or outputs that exclude each other. Candidates that a call can violate are dropped
+until the remaining candidates are inductive (Houdini).
 """
 
 from __future__ import annotations
@@ -38,18 +38,17 @@ from structured_text.prove.values import Value, scalar
 
 __all__ = ["PROPERTIES", "kind_of"]
 
-#: The word of these blocks may be shared with command responses; then neither Valid nor Error is
-#: set.
+#: The word that these blocks read may contain a command response. Then they set neither Valid nor
+#: Error.
 _SHARED = ("WORD", "WORDINWORDS")
-#: Blocks whose error ends with its cause, even while Enable is TRUE.
+#: Blocks that clear their error when its cause ends, even while Enable is TRUE.
 _PASSING = ("FB_AUTOMODE", "FB_STATUS")
-#: Blocks without an Error pin, and whose outputs depend only on their pins.
+#: Blocks without a pin Error. Their outputs depend only on their pins.
 _TEXTS = ("FB_ALARMTEXT", "FB_ERRORTEXT", "FB_ENTRYTEXT", "FB_DEDICATEDBITS", "FB_RCXSTAGETEXT")
-#: Blocks whose outputs depend on arithmetic. A proof allows any result of the arithmetic, so two
-#: instances with equal pins may give different results.
+#: Blocks with outputs that depend on arithmetic. A proof allows any result of the arithmetic, so
+#: two instances with equal pins may have different outputs.
 _COMPUTING = ("FB_HANDFROMPOINTS", "FB_SCARAFORWARD", "FB_SCARAINVERSE", "FB_SHIFTFROMPOINTS")
-#: Blocks that set neither Valid nor Error while the data are old, because they remember the last
-#: result.
+#: Blocks that remember the last result. While their data are old, they set neither Valid nor Error.
 _WATCHING = ("FB_ATPOINT", "FB_AXISAREA", "FB_WORKAREA")
 _ALARM = ("ALARMGROUP", "ALARMCATEGORY")
 #: The only block that reports both the link and the answer of the controller.
@@ -62,7 +61,10 @@ _OUT_OF_PLACE = 0x8017
 
 
 def kind_of(library: Library, block: str) -> str:
-    """Return the kind of contract that a block has according to its pins; "" if it has none."""
+    """Return the set of rules that applies to a block, according to its pins.
+
+    The result is "edge", "level", "reader" or "error"; "" if no rules apply.
+    """
     pou = library.pou(block)
     inputs = {symbol.name.upper() for symbol in pou.section("VAR_INPUT")}
     outputs = {symbol.name.upper() for symbol in pou.section("VAR_OUTPUT")}
@@ -81,7 +83,7 @@ def kind_of(library: Library, block: str) -> str:
 
 
 def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
-    """Return the claims about one call of a block with Execute, each with a name."""
+    """Return the claims about one call of a block with Execute, by name."""
     execute, placed = now["EXECUTE"], _placed(was)
     edge = z3.And(execute, z3.Not(saw), z3.Not(was["BUSY"]))
     refused = z3.And(now["ERROR"], now["ERRORID"] == _OUT_OF_PLACE, z3.Not(now["BUSY"]))
@@ -90,8 +92,7 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
     return {
         "at most one of Busy, Done, Error": exclusive(now, ("BUSY", "DONE", "ERROR")),
         "Error exactly with ErrorID": now["ERROR"] == (now["ERRORID"] != 0),
-        # The property `response` proves that FB_PickPlace is Active exactly while one of its
-        # commands is.
+        # For FB_PickPlace, property `response` proves the same rule about Active.
         "Active only with Busy": z3.Implies(
             z3.And(now.bit("ACTIVE"), block != COLLECTS), now["BUSY"]
         ),
@@ -110,7 +111,7 @@ def _edge(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
 
 
 def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
-    """Return the claims about one call of a block with Enable, each with a name."""
+    """Return the claims about one call of a block with Enable, by name."""
     enable = now["ENABLE"]
     shown = z3.Or(now["VALID"], now.bit("BUSY"), now["ERROR"])
     claims = {
@@ -123,7 +124,7 @@ def _level(block: str, was: View, now: View, saw: Any) -> dict[str, Any]:
             z3.And(enable, was["ERROR"]), now["ERROR"]
         )
     if block not in _LOOKING:
-        # A jog that has ended by itself continues to show its end.
+        # If a jog has ended by itself, Valid stays TRUE.
         ended = z3.And(now["VALID"], now.bit("LOCKED"))
         claims["out of place Error is TRUE"] = z3.Implies(
             z3.And(z3.Not(_placed(was)), enable), z3.Or(now["ERROR"], ended)
@@ -179,7 +180,7 @@ def _data(library: Library, block: str, step: Step, was: View, now: View) -> dic
     machine = step.machine
     _, initial = at_start(library, block)
     ended = z3.And(was["BUSY"], z3.Not(now["BUSY"]))
-    if (*BLOCK, "JOB", "ENDED") in now.memory:  # outside of a scan the job ends at once
+    if (*BLOCK, "JOB", "ENDED") in now.memory:  # outside of a scan the job ends in the same call
         ended = z3.Or(ended, z3.And(z3.Not(_placed(was)), step.now((*BLOCK, "JOB", "ENDED"))))
     kept, cleared = [], []
     for path in _answers(library, block, machine):
@@ -209,7 +210,7 @@ def _data(library: Library, block: str, step: Step, was: View, now: View) -> dic
 
 
 def _memoryless(library: Library, block: str, step: Step) -> Goal:
-    """Return the goal that the outputs depend on the pins only.
+    """Return the goal that the outputs of a block depend only on its pins.
 
     Two instances with different histories and the same pins must have the same outputs.
     """
@@ -231,7 +232,7 @@ def _memoryless(library: Library, block: str, step: Step) -> Goal:
 def _empty(library: Library, block: str, step: Step, now: View) -> dict[str, Any]:
     """Return the claim that a reading block shows initial values while it is not Valid.
 
-    Outputs that the call does not write keep their initial values and are left out.
+    Outputs that the call does not write keep their initial values, so they are left out.
     """
     machine = step.machine
     _, initial = at_start(library, block)
@@ -293,15 +294,17 @@ def _uses_robot(library: Library, block: str) -> bool:
 PROPERTIES = (
     Property(
         "contract",
-        "Every block keeps the contract of its pins in every call. At most one of Busy, Done and "
-        "Error (or Valid, Busy and Error) is TRUE. Error is TRUE exactly with an ErrorID, and "
-        "Active only with Busy. An edge of Execute gives Busy in its call (out of place: an "
-        "error), and later an end. The end stays while Execute is TRUE, and disappears after "
-        "that. The results of the last command are shown until the next command ends; an end "
-        "without an answer clears them. Blocks that send several commands are an exception: their "
-        "outputs show their progress. The outputs of a block without memory do not depend on "
-        "earlier calls; FB_ScaraForward and FB_ScaraInverse are left out of this claim, because a "
-        "proof takes any result of their arithmetic.",
+        "The outputs of every block follow the PLCopen rules in every call. At most one of Busy, "
+        "Done and Error is TRUE; for a block with Enable, at most one of Valid, Busy and Error. "
+        "Error is TRUE exactly while ErrorID is not 0. Active is TRUE only while Busy is TRUE. A "
+        "rising edge of Execute sets Busy in the same call. If the call is not between "
+        "FB_ReadArea and FB_WriteArea, it sets Error instead. Busy ends with Done or Error. Done "
+        "or Error stays TRUE while Execute is TRUE, and the next call without Execute clears it. "
+        "The outputs show the results of the last command until the next command ends; a command "
+        "that ends without an answer clears them. Blocks that send several commands show their "
+        "progress instead. The outputs of a block without memory depend only on its pins. "
+        "FB_ScaraForward and FB_ScaraInverse are left out of this last rule, because the proof "
+        "allows any result of their arithmetic.",
         "docs/reference/blocks.md",
         ("inner", "area"),
         _goals,

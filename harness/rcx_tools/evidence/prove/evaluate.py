@@ -2,8 +2,8 @@
 
 Truth values are `bool`, bit vectors unsigned `int`, floating-point numbers `float`. Arrays are
 `dict`; the key `REST` holds the value of all elements without a key. The caller supplies the
-functions that the solver does not interpret. If the solver leaves a result open (a conversion out
-of range), the compiled code returns an arbitrary number.
+functions that the solver does not interpret. For a conversion out of range the solver allows any
+result. The compiled code then returns an arbitrary number.
 """
 
 from __future__ import annotations
@@ -21,15 +21,15 @@ from structured_text.prove.logic import UnsupportedError
 
 __all__ = ["REST", "Program", "program"]
 
-#: Key of an array for the value of all elements without a key of their own.
+#: The key of an array under which the value of all other elements is stored.
 REST = "rest"
-#: If a term is used once and its code has at most this number of characters, it is written inline.
+#: A term that is used once is written inline if its code has at most this number of characters.
 _INLINE = 300
 
 
 @dataclass(frozen=True)
 class Program:
-    """A compiled term or list of terms; `program` makes it.
+    """A compiled term or list of terms, returned by `program`.
 
     Attributes:
         inputs: Names of the variables, in the order in which `run` takes their values.
@@ -69,7 +69,7 @@ def program(
 
 
 def _ordered(terms: Iterable[Any]) -> tuple[list[Any], dict[int, int]]:
-    """Return every term after its arguments, and the number of uses of each."""
+    """Return all terms, each after its arguments, and the number of uses of each term."""
     order: list[Any] = []
     uses: dict[int, int] = {}
     todo: list[tuple[Any, list[Any] | None]] = [(term, None) for term in terms if z3.is_expr(term)]
@@ -156,7 +156,7 @@ def _wrapping(symbol: str) -> Callable[[Any, list[str]], str]:
 
 
 def _ordering(symbol: str) -> Callable[[Any, list[str]], str]:
-    """Return the writer of a signed comparison."""
+    """Return a function that writes the code of a signed comparison."""
 
     def code(term: Any, a: list[str]) -> str:
         half = _half(term.arg(0))
@@ -194,7 +194,7 @@ def _rotate(name: str) -> Callable[[Any, list[str]], str]:
 
 
 def _fits(symbol: str, high: bool) -> Callable[[Any, list[str]], str]:
-    """Return the writer of a check that a signed result keeps its upper (or lower) limit."""
+    """Return a function that writes a check of the upper (or lower) limit of a signed result."""
 
     def code(term: Any, a: list[str]) -> str:
         one = term.arg(0)
@@ -269,7 +269,7 @@ def _is_single(term: Any) -> bool:
 
 
 def _rounded(symbol: str) -> Callable[[Any, list[str]], str]:
-    """Return the writer of an operation that rounds to the nearest number.
+    """Return a function that writes an operation that rounds to the nearest number.
 
     A result of single precision is computed in double precision and then rounded.
     """
@@ -335,7 +335,10 @@ _FLOAT: dict[int, Callable[[Any, list[str]], str]] = {
 
 
 def _quotient(a: int, b: int) -> int:
-    """Return the quotient truncated towards zero; division by 0 is that of the solver."""
+    """Return the quotient truncated towards zero.
+
+    A division by 0 gives the same result as in the solver.
+    """
     if b == 0:
         return 1 if a < 0 else -1
     quotient = abs(a) // abs(b)
@@ -390,8 +393,8 @@ def _double_pattern(value: float) -> int:
 def _nearest_single(value: int) -> float:
     """Return the nearest REAL, rounded only once.
 
-    Bits that do not fit into a double are combined into an odd last bit, so that the second
-    rounding has no effect.
+    Bits that do not fit into a double are combined into an odd last bit. A second rounding then has
+    no effect.
     """
     cut = max(abs(value).bit_length() - 53, 0)
     kept = abs(value) >> cut << cut

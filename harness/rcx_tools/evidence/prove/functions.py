@@ -40,8 +40,8 @@ class _Loop:
     Attributes:
         keeps: Loop invariant as a function of the variables before the loop, the present variables,
             and the number of rounds.
-        gives: Consequence of the invariant for the values after the loop. Only this consequence is
-            used afterwards. If it is None, the invariant itself is used.
+        gives: Consequence of the invariant for the values after the loop. Later goals use only this
+            consequence. If it is None, they use the invariant itself.
     """
 
     keeps: Callable[[Mapping[str, Any], Mapping[str, Any], Any], Any]
@@ -80,7 +80,7 @@ class _Cut(Machine):
         return found
 
     def _values(self, variables: Mapping[str, Path]) -> dict[str, Any]:
-        """Return the values of the variables: REALs as bit patterns, all others widened."""
+        """Return the values of the variables: REALs as bit patterns, integers with more bits."""
         values = {}
         for name, path in variables.items():
             value = self[path]
@@ -114,8 +114,8 @@ class _Cut(Machine):
         variables = self._variables(node.body)
         # 1. The invariant holds before the first round. 2. All assigned variables become arbitrary,
         # restricted by the invariant. 3. One round from there must restore the invariant for n + 1.
-        # 4. After the loop the invariant and the negated condition are assumed. Only the goals of 1
-        # and 3 justify that assumption.
+        # 4. After the loop the invariant and the negated condition are assumed. The goals of 1 and
+        # 3 justify the assumption of the invariant.
         first = self._values(variables)
         n = z3.ZeroExt(TIME_BITS - 10, z3.BitVec(self.fresh("rounds"), 10))
         zero = z3.BitVecVal(0, TIME_BITS)
@@ -146,7 +146,10 @@ class _Cut(Machine):
     def _after_a_round(
         self, variables: Mapping[str, Path], before: Mapping[str, Any]
     ) -> tuple[dict[str, Any], Any]:
-        """Return the widened variables after a round. An integer may only change by a constant."""
+        """Return the widened variables after one round.
+
+        An integer may change only by a constant.
+        """
         after, fits = {}, []
         for name, path in variables.items():
             value = self[path]
@@ -169,7 +172,7 @@ _HOUR, _MINUTE, _SECOND, _MS = 3_600_000_000_000, 60_000_000_000, 1_000_000_000,
 
 
 def _counts(step: int, most: int, count: str) -> _Loop:
-    """Return the claims about a loop that moves `step` ns from Rest to the count in ms.
+    """Return the claims about a loop that moves `step` ns at a time from Rest to a count in ms.
 
     The loop runs at most `most` rounds.
     """
@@ -235,13 +238,13 @@ def _milliseconds(library: Library) -> Iterator[Goal]:
     )
 
 
-# --- REAL: Size is the pattern without the sign; +1 in the exponent adds _STEP to the pattern ---
+# --- REAL: Size is the bit pattern without sign; _STEP is the lowest bit of its exponent ---
 
 _STEP, _INFINITE, _SIGN = 0x80_0000, 0x7F80_0000, 1 << 31
-#: Patterns of 2^23 and 2^24. For numbers between them, the mantissa of the REAL is the number
-#: itself.
+#: Bit patterns of the REALs 2^23 and 2^24. The mantissa of a REAL between these limits is equal to
+#: the number.
 _WHOLE, _ABOVE = 0x4B00_0000, 0x4B80_0000
-#: Number of doublings that always make the mantissa of a denormal number a whole number.
+#: After this number of doublings, the mantissa of every denormal number is a whole number.
 _DOUBLINGS = 149
 
 
@@ -396,11 +399,12 @@ _PARTS: dict[str, Callable[[Library], Iterator[Goal]]] = {
 PROPERTIES = (
     Property(
         "functions",
-        "FC_RcxMilliseconds returns the nearest number of milliseconds for every TIME: 0 below 0, "
-        "and 20 days from 20 days on. FC_RcxRealBits returns the IEEE 754 pattern of every REAL "
-        "that is a number (for -0.0 the pattern of 0.0). FC_RcxBitsReal returns the REAL of every "
-        "pattern: for infinity the largest REAL with the same sign, for NaN 0.0. FB_RcxFirstRow "
-        "returns a row in use, or an error.",
+        "FC_RcxMilliseconds returns the nearest number of milliseconds for every TIME; below 0 it "
+        "returns 0, and from 20 days on it returns 20 days. FC_RcxRealBits returns the IEEE 754 "
+        "bit pattern of every REAL that is a number; for -0.0 this is the pattern of 0.0. "
+        "FC_RcxBitsReal returns the REAL for every bit pattern; for infinity it returns the "
+        "largest REAL with the same sign, and for NaN 0.0. FB_RcxFirstRow returns a used row or "
+        "an error.",
         "docs/reference/blocks/functions.md",
         ("table",),
         lambda library, part: _PARTS[part](library),

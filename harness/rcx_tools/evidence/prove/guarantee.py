@@ -1,8 +1,8 @@
 """The changes that a block may make to RCX_REF, for any pins, inside or outside of a scan.
 
 The relation `guarantee` is reflexive and transitive. It therefore holds for any number of calls of
-any blocks in any order. The inductions over FB_ReadArea and FB_WriteArea use it. FB_ReadArea itself
-satisfies the relation `reading` instead.
+any blocks in any order. The proofs about FB_ReadArea and FB_WriteArea use the relation. FB_ReadArea
+itself satisfies another relation, `reading`.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ WRITERS = ("FB_WRITEAREA", "FB_WRITEAREAWORDS")
 #: The fields that FB_ReadArea writes.
 _READ = ("CONNECTED", "SO", "STATUS", "RESPONSE")
 _READ_INNER = ("ELAPSED", "SCAN", "INSCAN", "ANSWER")
-#: Fields that FB_ReadArea clears, because the requests in them were made outside of a scan.
+#: Fields that FB_ReadArea clears, because their requests were made outside of a scan.
 _TAKEN_BACK = ("REQUEST", "CODEREQUEST")
 #: Blocks that are or contain an FB_PowerUp, with the path of the FB_PowerUp.
 _POWER_UPS: dict[str, Path] = {
@@ -49,7 +49,10 @@ Memory = Mapping[Path, Value]
 
 
 def _leaf(machine: Machine, path: Path, before: Memory, after: Memory, request: int) -> Any:
-    """Return the relation of a scalar of RCX_REF before and after; None if all is permitted."""
+    """Return the permitted change of a scalar of RCX_REF in a call.
+
+    None if any change is permitted.
+    """
     was, now = machine.term(path, before), machine.term(path, after)
     law = law_of(path[1:])
     if law == "free":
@@ -67,7 +70,7 @@ def _leaf(machine: Machine, path: Path, before: Memory, after: Memory, request: 
 
 
 def written(was: Any, now: Any) -> Any:
-    """Return the condition under which a term shows that a value was written.
+    """Return the condition under which a call has written a value.
 
     The new value does not matter. The solver therefore needs no reasoning about arithmetic, in
     particular of REAL.
@@ -76,7 +79,7 @@ def written(was: Any, now: Any) -> Any:
 
 
 def _written(was: Any, now: Any, known: dict[int, Any]) -> Any:
-    """Return the result of `written`; `known` caches terms that the branches share."""
+    """Return the result of `written`. `known` caches the results of common subterms."""
     number = now.get_id()
     if number not in known:
         if now.eq(was):
@@ -91,18 +94,18 @@ def _written(was: Any, now: Any, known: dict[int, Any]) -> Any:
 
 
 def guarantee(machine: Machine, before: Memory, after: Memory, request: int = ANY) -> Any:
-    """Return the relation: blocks do not change the fields of FB_ReadArea and FB_WriteArea.
+    """Return the guarantee: the relation between RCX_REF before and after calls of blocks.
 
-    Blocks may write Code and Data, but not while a command is out. They may set requests and flags
-    of the scan, but not clear them. They do not write General[1]; the words 2 to 15 belong to the
-    program.
+    Blocks do not change fields of FB_ReadArea and FB_WriteArea. They may write Code and Data, but
+    not while a command is sent. They may set requests and flags of the scan, but not clear them.
+    They do not write General[1]. The words 2 to 15 belong to the program.
     """
     found = [_leaf(machine, path, before, after, request) for path in before if path[:1] == ROBOT]
     return z3.And(*[claim for claim in found if claim is not None])
 
 
 def reading(machine: Machine, before: Memory, after: Memory) -> Any:
-    """Return the relation of FB_ReadArea: it only writes its readings and clears requests."""
+    """Return the relation of FB_ReadArea: it only writes what it has read, and clears requests."""
     claims = []
     for path in before:
         inner = path[2] if path[1:2] == ("INNER",) else ""
@@ -122,7 +125,7 @@ def is_connected(library: Library, name: str, path: Path) -> bool:
 
 
 def between(library: Library) -> list[str]:
-    """Return the blocks with a Robot that users call, apart from FB_ReadArea and FB_WriteArea."""
+    """Return the blocks with a Robot that users call, except FB_ReadArea and FB_WriteArea."""
     return [
         name
         for name in library.blocks
@@ -148,11 +151,14 @@ def _lemmas(library: Library) -> Iterator[Goal]:
 
 
 def _releases(step: Step, name: str) -> Iterator[Goal]:
-    """Yield the goals that only the intended block releases a hold, and only on a rising edge."""
+    """Yield the goals that only `RELEASES` and FB_Operator release SI(00) or SI(06).
+
+    A hold keeps one of these inputs OFF. It is released only on a rising edge.
+    """
     assumed = list(step.machine.assumptions)
     if name in _POWER_UPS:
         # FB_PowerUp starts FB_ServoOnFromEmergencyStop only if there is no hold. This invariant is
-        # used, and the next goal proves it.
+        # assumed here. The next goal proves it.
         place = _POWER_UPS[name]
         at_work = _servo_started(step.machine, step.before, place)
         yield Goal(
@@ -174,7 +180,7 @@ def _releases(step: Step, name: str) -> Iterator[Goal]:
 
 
 def _key_pressed(step: Step) -> Any:
-    """Return the claim that a key of FB_Operator releases a hold.
+    """Return the claim that a pressed key of FB_Operator may release SI(06).
 
     Reset releases the hold if it comes from Stop of the same block. Start releases a hold unless a
     start is already busy.
@@ -188,9 +194,9 @@ def _key_pressed(step: Step) -> Any:
 
 
 def _servo_started(machine: Machine, memory: Memory, at: Path) -> Any:
-    """Return the claim that FB_PowerUp's inner block has seen its edge in its stages.
+    """Return the claim that FB_PowerUp's inner block has detected the edge of Execute.
 
-    The inner block is FB_ServoOnFromEmergencyStop.
+    The inner block is FB_ServoOnFromEmergencyStop. The claim holds in its stages.
     """
     stage = machine.term((*at, "STAGE"), memory)
     members = machine.type_of((*at, "STAGE")).members  # type: ignore[union-attr]
@@ -233,10 +239,15 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "guarantee",
-        "No block changes the fields that FB_ReadArea and FB_WriteArea own, changes a command "
-        "that is being sent, requests an input of another block, or ends a hold of another block. "
-        "FB_Operator ends the hold of its own Stop, at its key Reset or Start. The same holds for "
-        "any number of calls in any order.",
+        "Every block with a Robot, except FB_ReadArea and FB_WriteArea, respects four limits. It "
+        "changes no field of RCX_REF that only FB_ReadArea or FB_WriteArea may write. It does not "
+        "change code and data of a command that is being sent. It requests only its own dedicated "
+        "inputs. It does not release SI(00) or SI(06) while another block holds the input OFF. "
+        "There are three exceptions to the last limit: a rising edge of Execute of "
+        "FB_ServoOnFromEmergencyStop releases SI(00), a rising edge of Execute of "
+        "FB_ProgramContinue releases SI(06), and FB_Operator releases SI(06) at its key Start, or "
+        "at its key Reset after its own Stop. All limits hold for any number of calls in any "
+        "order.",
         "chapter 5, 1 and 3; guide chapter 2",
         ("inner", "calls"),
         _goals,

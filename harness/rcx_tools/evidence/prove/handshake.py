@@ -33,13 +33,14 @@ Memory = Mapping[Path, Value]
 READY, RUNNING, NORMAL_END, ABNORMAL_END = 0x0000, 0x0100, 0x0200, 0x4000
 #: Answer of FB_ReadArea for each end status (docs/reference/errors.md: 16#8020 means abnormal end).
 _ENDS = {NORMAL_END: 0x0200, ABNORMAL_END: 0x8020}
-#: All answers: the end statuses, no answer yet, not connected, not ready, command lost.
+#: All answers of FB_ReadArea: the end statuses, no answer yet, not connected, not ready, command
+#: lost.
 _ANSWERS = (*_ENDS.values(), 0x0000, 0x8001, 0x8002, 0x8014)
 #: Codes for the current position in pulses and in mm, and the bit of n + 2 that requests continuous
-#: output (guide 4.7.4). Continuous output has no end status; the status reset ends it.
+#: output (guide 4.7.4). Continuous output has no end status. The status reset ends it.
 _POSITIONS, _CONTINUOUS = (0x0505, 0x0506), 0x0001
 _HEAD: Path = (*BLOCK, "MAKEHEAD")
-#: Copy of the data on the wire inside FB_WriteArea (see property `bytes`).
+#: Path of the variable in FB_WriteArea with a copy of the data on the wire (see property `bytes`).
 _CODE: Path = (*_HEAD, "CODE")
 _RECOVERY: Path = (*_HEAD, "HANDSHAKE", "RECOVERY")
 _COMMAND_DATA = 2
@@ -99,11 +100,11 @@ def _continuous(step: Step) -> Any:
 
 
 def _write_area(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the induction over the calls of FB_WriteArea for the invariant `_holds`.
+    """Yield the goals that every call of FB_WriteArea preserves the invariant `_holds`.
 
     Calls of other blocks do not violate the invariant: by property `guarantee` they change neither
-    Phase nor Running, and not Code and Data while a command is out. Only FB_WriteArea contains
-    MakeHead.
+    Phase nor Running, and while a command is sent also not Code and Data. Only FB_WriteArea
+    contains MakeHead.
     """
     start = at_the_start(library, name)
     claim = z3.And(*_holds(start, None, z3.BoolVal(False)))
@@ -166,7 +167,7 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _read_area(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals of FB_ReadArea: the values it reads, and its answer to the blocks."""
+    """Yield the goals about the values that FB_ReadArea reads, and its answer to the blocks."""
     step = library.step(name)
     machine = step.machine
     taken = z3.And(step.now((*ROBOT, "CONNECTED")), z3.Not(step.was((*INNER, "INSCAN"))))
@@ -190,16 +191,15 @@ def _read_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _taken(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goals that a command block in its turn ends in the scan of the end status.
+    """Yield the goals that a command block with the turn ends in the scan of the end status.
 
-    Done does not come before that scan. The block shows the alarm and the response that are read in
-    that scan.
+    Done is not TRUE before that scan. The block shows the alarm and the response of that scan.
     """
     step = library.step(name)
     machine = step.machine
     job = (*BLOCK, "JOB")
     busy, answer = step.was((*BLOCK, "BUSY")), step.was((*INNER, "ANSWER"))
-    agree = shows(machine, step.before, BLOCK, job)  # proved by property `restart`
+    agree = shows(machine, step.before, BLOCK, job)  # this fact is proved by property `restart`
     known = z3.Or(*[answer == told for told in _ANSWERS])
     assumed = (*machine.assumptions, *agree, known)
     done, error = step.now((*BLOCK, "DONE")), step.now((*BLOCK, "ERROR"))
@@ -247,7 +247,7 @@ def _taken(library: Library, name: str) -> Iterator[Goal]:
 def _row(library: Library, name: str) -> Iterator[Goal]:
     """Yield the goals of a block that sends one command per row.
 
-    The block shows the row and the alarm that are read in the scan of the end status.
+    In the scan of the end status the block shows the row and the alarm.
     """
     step = library.step(name)
     machine = step.machine
@@ -256,7 +256,7 @@ def _row(library: Library, name: str) -> Iterator[Goal]:
     busy, answer = step.was((*BLOCK, "BUSY")), step.was((*INNER, "ANSWER"))
     assumed = (
         *machine.assumptions,
-        agrees(library, machine, step.before, name),  # proved by property `restart`
+        agrees(library, machine, step.before, name),  # this fact is proved by property `restart`
         answers(machine),
         z3.Or(*[answer == told for told in _ANSWERS]),
     )
@@ -301,13 +301,13 @@ def _collected(library: Library, name: str) -> Iterator[Goal]:
     step = library.step(name, library.outline(name))
     machine = step.machine
     parts = [path for path, _ in inside(library, name)]
-    alarm = [  # property `contract` of each inner block
+    alarm = [  # this fact is proved by property `contract` for each inner block
         claim
         for memory in (step.before, machine.snapshot())
         for path in parts
         for claim in alarms(View(machine, memory, path)).values()
     ]
-    holds = agrees(library, machine, step.before, name)  # proved by property `restart`
+    holds = agrees(library, machine, step.before, name)  # this fact is proved by property `restart`
     assumed = (*machine.assumptions, *known(machine), answers(machine), holds, *alarm)
     number = step.now((*BLOCK, "ERRORID"))
     failed = z3.And(step.was((*BLOCK, "BUSY")), number == _ENDS[ABNORMAL_END])
@@ -326,7 +326,7 @@ def _collected(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _commands(library: Library) -> list[str]:
-    """Return the blocks that run a remote command, except blocks with their own channel."""
+    """Return the blocks that send a remote command, except blocks with their own channel."""
     pous = {name: library.pou(name) for name in jobs_of(library) if name not in CARRIERS}
     return [
         name
@@ -351,10 +351,10 @@ def _responses(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "handshake",
-        "The data are on the wire one scan before the code. The code is sent only at the status "
-        "16#0000. Both stay unchanged until 16#0200 or 16#4000, until the link or CPU_OK is lost, "
-        "until the status falls back, or until a continuous output is ended. Between two codes "
-        "16#0000 is sent.",
+        "FB_WriteArea sends the data of a command one scan before the code. It sends the code "
+        "only if the status is 16#0000. Code and data then stay unchanged until one of these "
+        "events: the status becomes 16#0200 or 16#4000, the link or CPU_OK is lost, the status "
+        "falls back, or a continuous output is ended. Between two codes it sends 16#0000.",
         "guide chapters 1 and 2, 4.7.4",
         ("inner", "calls", "area"),
         _goals,
@@ -363,11 +363,11 @@ PROPERTIES = (
     ),
     Property(
         "response",
-        "FB_ReadArea reads status and response of the same scan, and a command block reads its "
-        "response in the scan of the end status. FB_PointBackup and FB_PointRestore show a row "
-        "and its alarm in that scan; FB_PickPlace shows the alarm of the command that ended in "
-        "it. The proof does not cover blocks with Enable, and not the numbers that the blocks "
-        "calculate from the response. FB_PickPlace is Active only while it is Busy.",
+        "FB_ReadArea reads status and response in the same scan. A command block takes the "
+        "response in the scan in which the end status arrives. FB_PointBackup and FB_PointRestore "
+        "show the row and its alarm in that scan. FB_PickPlace shows the alarm of the command "
+        "that ended in that scan, and is Active only while it is Busy. The proof does not cover "
+        "blocks with Enable, and not the numbers that blocks calculate from a response.",
         "guide chapters 1 and 2",
         ("inner", "calls", "area"),
         _responses,

@@ -1,4 +1,4 @@
-"""Bytes of the process image that each block writes (chapter 1, 4; chapter 5, 1)."""
+"""Properties: the bytes of the process image that blocks write (chapter 1, 4; chapter 5, 1)."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ _PAIRS = ("FB_WRITEDOUBLEWORD", "FB_WRITEDOUBLEWORDINWORDS")
 
 
 def _unchanged(step: Step, address: Any) -> Any:
-    """Return the claim that a byte is unchanged."""
+    """Return the claim that a byte of the image is unchanged."""
     return byte(step.machine, address, step.before) == byte(step.machine, address)
 
 
@@ -60,7 +60,7 @@ def _inside(address: Any, first: Any, count: int) -> Any:
 
 
 def wire(step: Step, before: Any) -> Any:
-    """Return bytes n + 32 and n + 33 after a call as a function of the bytes before it."""
+    """Return bytes n + 32 and n + 33 after a call, computed from the bytes before the call."""
     off = z3.BitVecVal(0, 16)
     for pin, bit in (("EMERGENCYSTOPOK", 0x0001), ("STOPOK", 0x0040)):
         off |= z3.If(step.now((*BLOCK, pin)), z3.BitVecVal(0, 16), z3.BitVecVal(bit, 16))
@@ -127,7 +127,10 @@ def _write_area(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _port(pin: Any) -> tuple[Any, Any]:
-    """Return the byte of a port, SI2() to SI7() or SI10() to SI15(), and whether it exists."""
+    """Return the byte of a port, and whether this port exists.
+
+    The ports are SI2() to SI7() and SI10() to SI15().
+    """
     low = z3.And(pin >= 2, pin <= 7)
     high = z3.And(pin >= 10, pin <= 15)
     number = z3.SignExt(16, pin)
@@ -153,7 +156,7 @@ def _ports(step: Step) -> Iterator[tuple[str, Any]]:
 
 
 def _number(step: Step) -> tuple[Any, Any, Any]:
-    """Return the word number, whether it is in 2 to 15, and whether 24 to 127 with 256 bytes."""
+    """Return a word number, and whether it is legal: 2 to 15, or 24 to 127 with 256 bytes."""
     number = step.now((*BLOCK, "NUMBER"))
     shared = z3.And(number >= 2, number <= 15)
     size = step.now((*BLOCK, "SIZE"))
@@ -176,7 +179,7 @@ def _pairs(step: Step) -> Iterator[tuple[str, Any]]:
 
 
 def _general(step: Step, count: int, name: str) -> Iterator[Goal]:
-    """Yield the goals about words 2 to 15, which FB_WriteArea sends between commands."""
+    """Yield the goals about words 2 to 15. FB_WriteArea sends these words between commands."""
     number, shared, _ = _number(step)
     if count == 2:
         shared = z3.And(shared, z3.Extract(0, 0, number) == 0)
@@ -235,7 +238,7 @@ _GENERAL = {
 
 
 def _readers(library: Library) -> list[str]:
-    """Return all other blocks that have an image."""
+    """Return all blocks with an image that write no byte of it."""
     return [
         name
         for name in library.blocks
@@ -301,8 +304,8 @@ PROPERTIES = (
     Property(
         "bytes",
         "FB_WriteArea writes bytes n to n+33 with their correct values, and no other byte. The "
-        "blocks for general-purpose inputs write only their own bytes. All other blocks write no "
-        "byte.",
+        "blocks for general-purpose inputs write only the bytes of these inputs. No other block "
+        "writes a byte of the process image.",
         "chapter 1, 4; chapter 3, 2.1; chapter 5, 1",
         ("area",),
         _bytes,
@@ -311,8 +314,8 @@ PROPERTIES = (
     ),
     Property(
         "reserved",
-        "No reserved bit of the dedicated inputs is ever ON, and SIW(0) and SIW(1) are 16#0000 "
-        "while no command is being sent.",
+        "Reserved bits of the dedicated inputs are never ON. While no command is being sent, "
+        "SIW(0) and SIW(1) are 16#0000.",
         "chapter 1, 4; chapter 5, 1",
         ("inner", "calls", "area"),
         _reserved,

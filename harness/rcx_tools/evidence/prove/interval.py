@@ -1,9 +1,8 @@
 """The interval between changes of dedicated inputs on the wire (chapter 5, 3, caution).
 
-The proof is an induction over the calls of FB_WriteArea. Ghost variables record the wire and the
-last change, which no variable of the block records. The hard case is the second call in a scan. It
-may clear SI(00) or SI(06) at once, so the wire and Applied can differ until the next call of
-FB_WriteArea.
+The proof is an induction over the calls of FB_WriteArea. Ghost variables record the inputs on the
+wire and the time of their last change. The difficult case is a second call in a scan. It may clear
+SI(00) or SI(06) immediately. The wire and the variable Applied then differ until the next scan.
 """
 
 from __future__ import annotations
@@ -28,7 +27,7 @@ __all__ = ["PROPERTIES"]
 _HEAD: Path = (*BLOCK, "MAKEHEAD")
 _PACE: Path = (*_HEAD, "DEDICATED", "PACE")
 _NEVER = (1 << 62) - 1
-#: The least time between two changes, as FB_RcxDedicatedInputs uses it.
+#: The least time between two changes in FB_RcxDedicatedInputs.
 _SPACING: Path = (*_HEAD, "SPACING")
 
 
@@ -48,9 +47,9 @@ class _Ghost:
     """The ghost variables of the induction; the program does not contain them.
 
     Attributes:
-        wire: Bytes n + 32 and n + 33.
-        last: Time of the last change of the wire; -1 if there was no change.
-        least: Least spacing that was requested since the last change.
+        wire: Bytes n + 32 and n + 33, the dedicated inputs as they are sent.
+        last: Time of the last change of the wire. -1 if there was no change.
+        least: Shortest spacing that was requested since the last change.
     """
 
     wire: Any
@@ -96,10 +95,11 @@ def _base(library: Library, block: str) -> Iterator[Goal]:
 
 
 def _goals(library: Library, block: str) -> Iterator[Goal]:
-    """Yield the induction over the calls of FB_WriteArea; all other calls preserve `_holds`.
+    """Yield the goals that every call of FB_WriteArea preserves the invariant `_holds`.
 
-    By property `bytes`, bytes n + 32 and n + 33 equal `wire`. By property `guarantee`, the other
-    blocks do not change Applied, do not request SI(00) or SI(06), and only set the flags Keep....
+    By property `bytes`, bytes n + 32 and n + 33 equal `wire`. By property `guarantee`, calls of
+    other blocks do not change Applied and do not request SI(00) or SI(06). They may only set the
+    flags Keep..., so they preserve `_holds`, too.
     """
     yield from _base(library, block)
     last, least, before = (
@@ -113,7 +113,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
     assumed = [*machine.assumptions, *times]
     assumed += _holds(machine, step.before, ghost, before)
 
-    # The block uses the requested spacing. The goals below hold for any valid spacing.
+    # The requested spacing is the same as in the block. The goals hold for any valid spacing.
     counts, spacing = accepted(step), step.now(_SPACING)
     asked = z3.Implies(counts, spacing == _at_least(machine, step.before))
     yield Goal(f"{block}: the spacing", tuple(machine.assumptions), asked)
@@ -154,7 +154,7 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
 
 
 def _by_phase(step: Step, goal: Goal) -> Iterator[Goal]:
-    """Yield a goal as three simpler goals: the timer is idle, it runs, it has expired."""
+    """Split a goal into three simpler goals: the timer is idle, it runs, it has expired."""
     phase = step.was((*_PACE, "phase"))
     for case, told in enumerate(("rests", "runs", "is over")):
         yield Goal(
@@ -165,9 +165,9 @@ def _by_phase(step: Step, goal: Goal) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "interval",
-        "Two changes of dedicated inputs are at least max(100 ms, Interval) + max(0, Margin) "
-        "apart (each of the two counts up to 8 days), and each change is alone in its scan. Only "
-        "a switch-off of SI(00) or SI(06) is sent at once.",
+        "Only one dedicated input changes in a scan, and two changes are at least max(100 ms, "
+        "Interval) + max(0, Margin) apart. Interval and Margin each count up to 8 days. The only "
+        "exception is switching SI(00) or SI(06) OFF, which is sent at once.",
         "chapter 5, 3",
         ("inner", "calls", "clock", "area"),
         _goals,

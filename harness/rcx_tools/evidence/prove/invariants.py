@@ -1,8 +1,8 @@
 """Invariants of a block between its calls: guessed from templates, and accepted if inductive.
 
-The method is called Houdini. A wrong guess is harmless: it either fails at the start, or a
+The method is called Houdini. A wrong guess is harmless, because it fails at the start or a
 counterexample to the induction step refutes it. The remaining guesses are inductive together, so a
-proof may assume all of them.
+proof may assume them.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ __all__ = [
     "without_floats",
 ]
 
-#: Pins that the contract is about.
+#: Pins to which the PLCopen rules apply.
 PINS = ("DONE", "BUSY", "ACTIVE", "ERROR", "ERRORID", "VALID", "ALARMGROUP", "ALARMCATEGORY")
 #: ErrorID of an abnormal end. The response then contains the alarm of the controller.
 ABNORMAL = 0x8020
@@ -49,7 +49,7 @@ Memory = Mapping[Path, Value]
 
 @dataclass(frozen=True)
 class View:
-    """The pins of a block in one state of the memory, as terms."""
+    """Access to the pins of a block in one state of the memory, as terms."""
 
     machine: Machine
     memory: Memory
@@ -62,7 +62,7 @@ class View:
         return self.machine.term((*self.path, pin), self.memory)
 
     def bit(self, pin: str) -> Any:
-        """Return a pin, or FALSE if the block does not have it."""
+        """Return a pin as a term; FALSE if the block does not have this pin."""
         return self[pin] if pin in self else z3.BoolVal(False)
 
     @property
@@ -76,13 +76,13 @@ class View:
 
 
 def exclusive(view: View, pins: Iterable[str]) -> Any:
-    """Return the claim that at most one of these pins is TRUE; missing pins are ignored."""
+    """Return the claim that at most one of these pins is TRUE. Missing pins are ignored."""
     there = [view[pin] for pin in pins if pin in view]
     return z3.And([z3.Not(z3.And(one, other)) for one, other in combinations(there, 2)])
 
 
 def _instances(library: Library, block: str) -> Iterator[tuple[Path, BlockType]]:
-    """Yield the block and its inner blocks, except those that a guarantee replaces."""
+    """Yield the block and its inner blocks, except blocks that their guarantee replaces."""
     kind = library.pou(block).block
     assert kind is not None
     yield from _inside(kind, BLOCK, library if block in OUTLINED else None)
@@ -103,7 +103,10 @@ def _inside(
 def _guesses(
     library: Library, block: str, machine: Machine, memory: Memory, saw: Any
 ) -> dict[str, Any]:
-    """Return candidates for the invariant, by name; `saw` is the Execute of the last call."""
+    """Return candidates for the invariant, by name.
+
+    `saw` is the value of Execute in the last call.
+    """
     views = {path: View(machine, memory, path) for path, _ in _instances(library, block)}
     whole = views[BLOCK]
     guesses: dict[str, Any] = {}
@@ -153,7 +156,7 @@ def _guesses(
 
 
 def _over(view: View) -> Any:
-    """Return the claim that the work has ended while Execute is TRUE.
+    """Return the claim that the work of a block has ended and Execute is still TRUE.
 
     The claim is FALSE if the block has no WasExecute.
     """
@@ -161,7 +164,7 @@ def _over(view: View) -> Any:
 
 
 def _of_one(view: View) -> dict[str, Any]:
-    """Return candidates about a single instance."""
+    """Return candidates for the invariant about a single instance."""
     guesses: dict[str, Any] = {}
     if "ERROR" in view:
         guesses["one end at most"] = exclusive(view, ("DONE", "BUSY", "VALID", "ERROR"))
@@ -186,7 +189,7 @@ def _of_one(view: View) -> dict[str, Any]:
 
 
 def alarms(now: View) -> dict[str, Any]:
-    """Return, for each pin of the alarm, the claim that it is 0 except after an abnormal end."""
+    """Return the claims that the pins of the alarm are 0 except after an abnormal end."""
     return {
         f"{pin} only of an abnormal end": z3.Implies(now[pin] != 0, now["ERRORID"] == ABNORMAL)
         for pin in ("ALARMGROUP", "ALARMCATEGORY")
@@ -195,7 +198,7 @@ def alarms(now: View) -> dict[str, Any]:
 
 
 def _of_two(inner: View, outer: View) -> dict[str, Any]:
-    """Return candidates about an instance and the instance that contains it."""
+    """Return candidates for the invariant about an instance and the instance that contains it."""
     guesses = {
         f"equal {pin}": inner[pin] == outer[pin] for pin in PINS if pin in inner and pin in outer
     }
@@ -232,8 +235,8 @@ def inductive(
 ) -> list[str]:
     """Return the largest inductive subset of the guesses.
 
-    If the guesses of the result hold before a step, they also hold after it. If the solver gives no
-    answer, the result is empty.
+    If all guesses of the result hold before a step, all of them hold after the step. If the solver
+    gives no answer, the result is empty.
     """
     solver = z3.SolverFor("QF_AUFBVFP")
     solver.set("timeout", 20_000)
@@ -242,8 +245,9 @@ def inductive(
     solver.add(*[z3.Implies(holds[name], before[name]) for name in before])
     kept = list(before)
     # Houdini: each counterexample to the induction step refutes at least one remaining guess. All
-    # guesses that it refutes are dropped, and the rest is tried again. Every round drops a guess,
-    # so the loop ends. The literals `holds` switch assumptions off without building a new solver.
+    # refuted guesses are dropped, and the rest is tried again. Every round drops at least one
+    # guess, so the loop ends. The literals `holds` switch guesses off, so that no new solver is
+    # necessary.
     while kept:
         solver.push()
         solver.add(z3.Not(z3.And([after[name] for name in kept])))
@@ -292,7 +296,7 @@ def invariant(library: Library, block: str, step: Step, saw: Any) -> tuple[list[
 
 
 def assumed(step: Step) -> tuple[Any, ...]:
-    """Return the assumptions before a call of any block."""
+    """Return the assumptions that hold before a call of any block."""
     linked_up = [linked(step.machine, step.before)] if (*ROBOT, "CONNECTED") in step.before else []
     return (*step.machine.assumptions, *linked_up)
 
@@ -300,7 +304,7 @@ def assumed(step: Step) -> tuple[Any, ...]:
 def linked(machine: Machine, memory: Memory) -> Any:
     """Return the claim about the answer of FB_ReadArea: without CPU_OK it is an error.
 
-    Only FB_ReadArea changes these values. Before its very first call there is no answer yet.
+    Only FB_ReadArea changes these values. Before its first call there is no answer.
     """
     placed = machine.term((*ROBOT, "INNER", "INSCAN"), memory)
     answer = machine.term((*ROBOT, "INNER", "ANSWER"), memory)
@@ -309,7 +313,7 @@ def linked(machine: Machine, memory: Memory) -> Any:
 
 
 def _unwritten(library: Library, block: str, machine: Machine) -> Iterator[Path]:
-    """Yield the scalars of the block and its inner blocks that none of their statements writes."""
+    """Yield the scalars of the block and its inner blocks that no statement writes."""
     for path, inner in _instances(library, block):
         if inner.name in BLOCKS:
             continue
@@ -331,8 +335,8 @@ def call(
     Args:
         library: The library.
         block: The block.
-        machine: A machine to continue with; None for a new one.
-        like: Another state whose inputs and connected variables are used.
+        machine: A machine to continue with. None: a new machine.
+        like: A state from which inputs and connected variables are taken.
     """
     machine = machine or library.outline(block)
     pou = library.pou(block)
@@ -360,10 +364,9 @@ def call(
 
 
 def without_floats(term: Any) -> Any:
-    """Return the term with a free variable in place of each result of floating-point arithmetic.
+    """Replace each floating-point result in a term by a free variable.
 
-    A proof of the new term also proves the old term. The solver only knows that identical results
-    have equal variables.
+    A proof of the new term also proves the old term. Identical results get the same variable.
     """
     if isinstance(term, bool):
         return term

@@ -1,4 +1,7 @@
-"""The jobs of `make prove`: each job proves one part of one property. The key hashes its inputs."""
+"""The jobs of `make prove`.
+
+Each job proves one part of one property. Its key is a hash of its inputs.
+"""
 
 from __future__ import annotations
 
@@ -66,8 +69,7 @@ PROPERTIES: tuple[Property, ...] = (
     *functions.PROPERTIES,
 )
 
-#: Real time beyond the time limit of the solver, after which the process of a hanging goal is ended
-#: [s].
+#: If a goal exceeds the time limit of the solver by this time [s], its process is ended.
 _HANGS = 120
 
 
@@ -84,7 +86,7 @@ class Job:
 
 @lru_cache(maxsize=2)
 def library_at(folder: str) -> Library:
-    """Return the library in a folder; the last two libraries are cached."""
+    """Return the library in a folder. The last two libraries are cached."""
     return Library(Path(folder))
 
 
@@ -102,12 +104,12 @@ def property_of(name: str) -> Property:
 
 
 def rests_on(library: Library, item: Property, part: str) -> list[str]:
-    """Return the POUs that a part of a property is about, without the POUs that these use."""
+    """Return the POUs that a part of a property is about, without the POUs that they use."""
     return list(library.pous) if item.rests_on is None else list(item.rests_on(part))
 
 
 def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) -> Iterator[Job]:
-    """Yield every part of every property, or of the wanted ones.
+    """Yield a job for every part of all properties, or of the wanted properties.
 
     Raises:
         InputError: a property does not exist, or the library lacks a block.
@@ -124,12 +126,15 @@ def jobs(library: Library, wanted: Iterable[str] = (), limit_s: float = 60.0) ->
 
 
 def run(job: Job) -> dict[str, Any]:
-    """Prove the goals of a job; return the outcome of each, and the worst outcome as status."""
+    """Prove the goals of a job.
+
+    Return the outcome of each goal, and the worst outcome as status.
+    """
     return _judged(job, answers(job, library_at(job.folder)))
 
 
 def run_until_broken(job: Job, library: Library) -> dict[str, Any]:
-    """Prove goals like `run`, but stop at the first goal that is not proved."""
+    """Prove the goals of a job like `run`, but stop at the first goal that is not proved."""
     goals = []
     for goal in answers(job, library):
         goals.append(goal)
@@ -144,14 +149,14 @@ def died(job: Job) -> dict[str, Any]:
 
 
 def worst(statuses: Iterable[str]) -> str:
-    """Return the worst of several statuses; return UNKNOWN for an empty list."""
+    """Return the worst of several statuses. For an empty list return UNKNOWN."""
     return min(statuses, key=(REFUTED, UNKNOWN, PROVED).index, default=UNKNOWN)
 
 
 def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
     """Yield the answer of the solver to each goal.
 
-    If a goal cannot be made, the last answer is `unknown` and stands for the part.
+    If a goal cannot be made, the last answer is `unknown`, for the whole part.
     """
     z3.set_param("smt.random_seed", 0)
     z3.set_param("sat.random_seed", 0)
@@ -171,9 +176,9 @@ def answers(job: Job, library: Library) -> Iterator[dict[str, Any]]:
 
 
 def _watch(limit_s: float | None) -> None:
-    """End this process if a goal hangs; other processes continue.
+    """End this process if a goal hangs. Other processes continue.
 
-    None stops the supervision.
+    With None the supervision ends.
     """
     if hasattr(signal, "alarm"):
         signal.alarm(0 if limit_s is None else int(limit_s) + _HANGS)

@@ -1,4 +1,4 @@
-"""The legal telegrams of spec/remote_commands.toml, as a formula over their words.
+"""A formula about the words of a telegram that holds if spec/remote_commands.toml permits it.
 
 This is an independent interpretation of the table. It shares no code with the modules that build
 and judge telegrams.
@@ -34,7 +34,7 @@ Words = Sequence[Any]
 
 @cache
 def _commands() -> Mapping[int, tuple[Mapping[str, Any], tuple[Field, ...]]]:
-    """Return for each code its table, and the fields of its request, including group fields."""
+    """Map each command code to its table, and to the fields of its request with group fields."""
     table = load_toml(ROOT / "spec/remote_commands.toml")
     groups = {group["name"]: group.get("request", []) for group in table["group"]}
     found = {}
@@ -82,7 +82,7 @@ def _legal(code: Any, words: Words, wanted: int) -> Any:
 
 
 def _free(fields: Sequence[Field]) -> list[int]:
-    """Return for each word the bits that no field covers."""
+    """Return the bits of each word that do not belong to a field."""
     free = [0xFFFF] * _WORDS
     for field in fields:
         first = field["at"] // 2 - 1
@@ -97,7 +97,7 @@ def _free(fields: Sequence[Field]) -> list[int]:
 
 
 def _values(field: Field, words: Words) -> list[Any]:
-    """Return the values of a field: a list with as many values as the field's count."""
+    """Return the values of a field as a list. Its length is the field's count."""
     first = field["at"] // 2 - 1
     if "bits" in field:
         low, high = field["bits"]
@@ -139,7 +139,7 @@ def _between(value: Any, low: int, high: int, *, signed: bool) -> Any:
 
 
 def _text(characters: Sequence[Any], limits: list[int]) -> Any:
-    """Return the claim that a text has legal characters, and then the same filler up to its end."""
+    """Return the claim that a text has legal characters, then the same filler up to its end."""
     either = []
     for filler in _FILLERS:
         rules, rest = [], z3.BoolVal(True)

@@ -1,4 +1,4 @@
-"""SI(00) and SI(06) are ON only with their pin, a link, and without a hold (chapter 5, 2 and 3)."""
+"""Property: SI(00), SI(06) are ON only with their pin, a link and no hold (chapter 5, 2 and 3)."""
 
 from __future__ import annotations
 
@@ -14,13 +14,14 @@ from rcx_tools.evidence.prove.property import Goal, Property
 
 __all__ = ["PROPERTIES"]
 
-#: Each level: input, its bit in byte n + 32 (chapter 5, 1), pin of FB_WriteArea, hold, and flag of
-#: the scan.
+#: For SI(00) and SI(06): input, bit in byte n + 32 (chapter 5, 1), pin of FB_WriteArea, variable
+#: that holds the input OFF, and flag of the scan.
 _LEVELS = (
     ("SI(00)", 0, "EMERGENCYSTOPOK", "HOLDEMERGENCY", "KEEPEMERGENCY"),
     ("SI(06)", 6, "STOPOK", "HOLDSTOP", "KEEPSTOP"),
 )
-#: Blocks that clear a level, each with the flag that it sets for this (chapter 5, 3.1 and 3.3).
+#: Maps a block that clears SI(00) or SI(06) to the flag that it sets for this (chapter 5, 3.1 and
+#: 3.3).
 _STOPPERS = {"FB_EMERGENCYSTOP": "KEEPEMERGENCY", "FB_PROGRAMSTOP": "KEEPSTOP"}
 
 
@@ -40,13 +41,13 @@ def _stopper(library: Library, name: str) -> Iterator[Goal]:
 def _goals(library: Library, part: str) -> Iterator[Goal]:
     """Yield the goals of one call of FB_WriteArea.
 
-    `wire` gives bytes n + 32 and n + 33; property `bytes` proves this.
+    `wire` gives the bytes n + 32 and n + 33. Property `bytes` proves that they are right.
     """
     if part in _STOPPERS:
         yield from _stopper(library, part)
         return
     step = library.step(part)
-    # No block requests a level (property `guarantee`), and FB_WriteArea itself requests nothing.
+    # No block requests SI(00) or SI(06) (property `guarantee`), and FB_WriteArea requests nothing.
     none = [memory((*INNER, "REQUEST")) & STOPS == 0 for memory in (step.was, step.now)]
     assumed = (*step.machine.assumptions, none[0])
     yield Goal(f"{part}: no request of a level", assumed, none[1])
@@ -84,8 +85,9 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "stop-inputs",
-        "SI(00) and SI(06) are ON only while their pin is TRUE, the link is up and no block holds "
-        "them OFF. If one of these conditions is lost, they go OFF in the same scan.",
+        "SI(00) and SI(06) are ON only while three conditions hold: the pin of the input is TRUE, "
+        "the link is up, and no block holds the input OFF. If one of the conditions is lost, the "
+        "input goes OFF in the same scan.",
         "chapter 5, 2 and 3",
         ("inner", "calls", "area"),
         _goals,

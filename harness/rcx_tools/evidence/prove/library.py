@@ -1,4 +1,4 @@
-"""The library as the proofs use it: its checked sources, and machines with one of its blocks."""
+"""The library for the proofs: its checked sources, and machines that call one of its blocks."""
 
 from __future__ import annotations
 
@@ -26,14 +26,14 @@ from structured_text.prove.values import TIME_BITS, Value
 
 __all__ = ["BLOCK", "IMAGE", "ROBOT", "Library", "Step", "milliseconds"]
 
-#: Paths of the instance, and of the connected variables, in a `Step`.
+#: Paths of the block instance and of the connected variables in a `Step`.
 BLOCK: Path = ("B",)
 ROBOT: Path = ("ROBOT",)
 IMAGE: Path = ("IMAGE",)
 
 
 def milliseconds(count: int) -> Any:
-    """Return a TIME of this many milliseconds as a term."""
+    """Return a TIME of `number` milliseconds as a term."""
     return z3.BitVecVal(count * 1_000_000, TIME_BITS)
 
 
@@ -53,11 +53,11 @@ class Step:
     called: Path
 
     def was(self, path: Path) -> Any:
-        """Return a scalar before the call, as a term."""
+        """Return the value of a scalar before the call, as a term."""
         return self.machine.term(path, self.before)
 
     def now(self, path: Path) -> Any:
-        """Return a scalar after the call, as a term."""
+        """Return the value of a scalar after the call, as a term."""
         return self.machine.term(path)
 
 
@@ -110,7 +110,7 @@ class Library:
 
     @property
     def blocks(self) -> list[str]:
-        """Return the function blocks that users call, in upper case: all except those in core/."""
+        """Return the names of all function blocks except those in core/, in upper case."""
         return [
             name
             for name, pou in self.project.pous.items()
@@ -123,7 +123,7 @@ class Library:
         return list(self.project.pous)
 
     def state(self, names: Iterable[str]) -> str:
-        """Return a hash of the sources of some POUs.
+        """Return a hash of the sources of these POUs.
 
         The hash includes all POUs that these use, and the types.
         """
@@ -134,7 +134,7 @@ class Library:
         return digest(self.folder, wanted)
 
     def used(self, names: Iterable[str]) -> set[str]:
-        """Return some POUs and all POUs that these use, in upper case."""
+        """Return these POUs and all POUs that they use, in upper case."""
         found: set[str] = set()
         waiting = list(names)
         while waiting:
@@ -146,7 +146,7 @@ class Library:
 
     @cached_property
     def _uses(self) -> dict[str, list[str]]:
-        """Return for each POU the POUs that its source names."""
+        """Map each POU to the POUs that its source names."""
         return {
             name: self.named(File(pou.file).read_text(encoding="utf-8"))
             for name, pou in self.project.pous.items()
@@ -158,9 +158,9 @@ class Library:
         return sorted(words & set(self.project.pous))
 
     def in_file(self, file: str) -> set[str]:
-        """Return the POUs of a file, given by its path relative to the folder.
+        """Return the POUs in a file of the library.
 
-        The result is empty for a file with a type.
+        The path of the file is relative to the folder. For a file with a type the result is empty.
         """
         where = str(self.folder / file)
         return {name for name, pou in self.project.pous.items() if pou.file == where}
@@ -170,11 +170,11 @@ class Library:
         return self.project.pous[name]
 
     def machine(self, *, summaries: bool = True) -> Machine:
-        """Return a machine at any time of the PLC's operation; `now` is a solver variable."""
+        """Return a machine at an arbitrary time of operation. `now` is a variable of the solver."""
         return self._timed(Machine(self.project, SUMMARIES if summaries else None))
 
     def outline(self, name: str) -> Machine:
-        """Return a machine for a block.
+        """Return a machine in which a block can be called.
 
         For some blocks (`OUTLINED`), inner blocks are not executed but replaced by their
         guarantees.

@@ -1,7 +1,7 @@
 """Blocks whose proofs use the proofs of the blocks inside them (assume-guarantee).
 
-If an inner block can also be called by users, its call is not executed. The proof only assumes the
-`guarantee` that is proved for that block. The instance and its telegram may contain anything else.
+If users can also call an inner block, its call is not executed. The proof only assumes the
+`guarantee` that is proved for the inner block. The instance and its telegram get arbitrary values.
 The solver can therefore handle blocks with many inner blocks.
 """
 
@@ -56,22 +56,22 @@ REQUESTS = {
 #: FB_Operator contains blocks for all inputs that FB_PowerUp requests.
 REQUESTS["FB_OPERATOR"] = REQUESTS["FB_POWERUP"]
 ANY = _SERVO_ON | _SEQUENCE | _START | _INCREMENTAL | _PROGRAM_RESET | _ALARM_RESET | _ABSOLUTE
-#: Fields that blocks may write freely: the turns (other properties are about these), the holds (see
-#: RELEASES), and the robot numbers that show which robot works or carries a part.
+#: Fields that blocks may write freely: turns (the properties turn-... are about them), holds (see
+#: RELEASES), and numbers of the robots that work or carry a part.
 _FREE = ("COMMAND", "SEQUENCE", "HOLDEMERGENCY", "HOLDSTOP", "WORKS", "WORKED", "CARRIES")
 #: Flags of a scan. Blocks may only set them, and only FB_WriteArea clears them.
 _RISING = ("KEEPEMERGENCY", "KEEPSTOP", "STOPJOG", "CODEREQUEST")
-#: Requests and turns of a block. A call outside of a scan does not change them (property `place`).
+#: Fields with requests and turns. A call outside of a scan does not change them (property `place`).
 ASKS = ("COMMAND", "SEQUENCE", "CODE", "DATA", "CODEREQUEST", "REQUEST")
-#: Blocks that release a hold on a rising edge.
+#: Maps a hold of SI(00) or SI(06) to the block that releases it on a rising edge.
 RELEASES = {"HOLDEMERGENCY": "FB_SERVOONFROMEMERGENCYSTOP", "HOLDSTOP": "FB_PROGRAMCONTINUE"}
 
 
 def law_of(path: Path) -> str:
     """Return the rule for a scalar of RCX_REF, by its path in the structure.
 
-    "free": any change is legal. "rising": blocks may only set it. "request": blocks may only set
-    their own inputs. "telegram": unchanged while a command is out. "kept": never changed.
+    "free": any change is legal. "rising": blocks may only set the scalar. "request": a block may
+    only set its own inputs. "telegram": no change while a command is sent. "kept": no change.
     """
     name = path[1] if path[0] == "INNER" else ""
     if name in _FREE or (name == "GENERAL" and path[2] > 0):
@@ -84,7 +84,7 @@ def law_of(path: Path) -> str:
 
 
 def is_outside(project: Project, block: str) -> bool:
-    """Return whether the block is for users, who call it between FB_ReadArea and FB_WriteArea.
+    """Return whether users call the block between FB_ReadArea and FB_WriteArea.
 
     The guarantee is proved for such blocks.
     """
@@ -97,7 +97,7 @@ def is_outside(project: Project, block: str) -> bool:
 
 @dataclass(frozen=True)
 class Outlined:
-    """A call that its guarantee has replaced, with the memory before and after the call."""
+    """A call that was replaced by the guarantee of its block, with the memory around it."""
 
     instance: Path
     block: str
@@ -107,7 +107,9 @@ class Outlined:
 
 
 class Outline(Machine):
-    """A machine that replaces inner blocks by their guarantees if users can also call them.
+    """A machine that replaces calls of inner blocks by their guarantees.
+
+    Only inner blocks that users can also call are replaced.
 
     Attributes:
         outlined: All calls that were replaced.
@@ -130,7 +132,7 @@ class Outline(Machine):
             return
         # The body is not executed. Instead, instance and VAR_IN_OUTs become arbitrary, and RCX_REF
         # changes as far as `law_of` permits. The call is recorded with the memory before and after
-        # it, so that `restart.known` can add the promises of the block for exactly this pair.
+        # it, because `restart.known` adds the promises of the block about these two states.
         # `when` is the condition of the path that makes the call.
         when = both(*self._guards)
         self.calls.append(Call(instance, block, when))

@@ -1,7 +1,7 @@
-"""Proof that no arithmetic exceeds its type, except operations of a table where this is intended.
+"""Proof that no arithmetic exceeds its type. A table lists the intended exceptions.
 
-Each POU is run alone, from any state and with any pins. A called block may change its instance and
-its VAR_IN_OUTs arbitrarily. The proof therefore holds for any caller of the POU.
+Each POU is run alone, from any state and with any pins. A called block may give any values to its
+instance and its VAR_IN_OUTs. The proof therefore holds for any caller of the POU.
 """
 
 from __future__ import annotations
@@ -34,20 +34,21 @@ __all__ = ["PROPERTIES", "WRAPS", "Wrap", "none_leaves", "wraps"]
 #: Table of the operations that are intended to exceed their type.
 WRAPS = ROOT / "tests" / "tools" / "evidence" / "wraps.toml"
 _KEYS = ("file", "pou", "operation", "reason")
-#: Range of a TIME with 32 bits that counts milliseconds, which is the smallest range of all PLCs.
+#: Range of a TIME with 32 bits of milliseconds. No PLC has a smaller range.
 _LEAST_TIME = (-(1 << 31) * 1_000_000, ((1 << 31) - 1) * 1_000_000)
-#: Blocks that run inside of their callers, because their results limit counters of the callers.
+#: Blocks that are executed inside their callers, because their results limit counters of the
+#: callers.
 _INSIDE = ("FB_RCXSHAREDWORDS", "FB_RCXPOINTHEAD")
-#: Blocks with loops that are cut by an invariant; see `functions`.
+#: Blocks with loops that are replaced by a loop invariant (see `functions`).
 _CUT = ("FB_RCXFIRSTROW",)
-#: Functions that are proved separately for any arguments, so they are not checked in their callers.
+#: Functions that are proved once for any arguments. They are not checked again in their callers.
 _ALONE = ("FC_RCXCHARCODE",)
 _CLOCK, _REST = (*BLOCK, "CLOCK"), (*BLOCK, "REST")
 
 
 @dataclass(frozen=True)
 class Wrap:
-    """An operation that is intended to exceed its type: its file, POU and text, and the reason."""
+    """An operation that exceeds its type on purpose: its file, POU and text, and the reason."""
 
     file: str
     pou: str
@@ -76,7 +77,10 @@ def wraps(table: File) -> tuple[Wrap, ...]:
 
 
 class _Alone(Machine):
-    """A machine that runs the body of one block; called blocks may change all they can access."""
+    """A machine that runs the body of one block.
+
+    Called blocks may change all variables they can access.
+    """
 
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
@@ -112,10 +116,10 @@ def _machine(library: Library, name: str) -> Machine:
 
 
 def _scan_time_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the claim: Rest is below 1 s; the clock started in the past and shows at most 100 s.
+    """Return the claim that Rest is below 1 s, and that the clock shows at most 100 s.
 
-    Rest >= 0 is not part of the claim. Rest is only assigned 0 or the result of a TIME operation,
-    and `_span` requires that these results are not below 0.
+    The clock started in the past. The claim does not include Rest >= 0: Rest is only 0 or the
+    result of a TIME operation, and `_span` requires that such a result is not below 0.
     """
 
     def term(*path: Any) -> Any:
@@ -145,9 +149,9 @@ def _tool_position_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the invariant of the log: the invariant of `safety`, and one claim in addition.
+    """Return the invariant of the log: the invariant of `safety` and one more claim.
 
-    While entries are counted down, their number is above 0.
+    The claim is that the number of entries is above 0 while entries are counted down.
     """
 
     def term(name: str) -> Any:
@@ -161,10 +165,9 @@ def _log_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
 
 
 def _backup_keeps(machine: Machine, memory: Mapping[Path, Any]) -> Any:
-    """Return the claim that the record has legal numbers, and at most the wanted number of rows.
+    """Return the claim that a backup record has legal numbers and not too many rows.
 
-    The claim is about the record in progress. It has at most 100 rows, and its first point is at
-    most 29,999.
+    The record is in progress. It has at most 100 rows, and its first point is at most 29,999.
     """
 
     def term(*path: str) -> Any:
@@ -249,7 +252,10 @@ def _any_arguments(library: Library, name: str, machine: Machine) -> Iterator[An
 
 
 def none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], time: Span) -> Goal:
-    """Return the goal that no operation exceeds its type. `time` is the range of TIME results."""
+    """Return the goal that no operation exceeds its type.
+
+    `time` is the permitted range of TIME results.
+    """
     places: dict[str, list[Any]] = {}
     count = 0
     for one in asked:
@@ -263,7 +269,7 @@ def none_leaves(name: str, known: tuple[Any, ...], asked: Iterable[Operation], t
 
 
 def _can(known: tuple[Any, ...], found: Iterable[Operation]) -> bool:
-    """Return whether one of these operations can exceed its type."""
+    """Return the claim that one of these operations exceeds its type."""
     solver = z3.SolverFor("QF_AUFBVFP")
     solver.set("timeout", 10_000)
     for one in found:
@@ -294,9 +300,9 @@ def _parts(library: Library) -> list[str]:
 PROPERTIES = (
     Property(
         "overflow",
-        "No integer arithmetic exceeds its type, no conversion to a narrower type loses bits, and "
-        "no sum of TIME exceeds 32 bits of milliseconds. tests/tools/evidence/wraps.toml lists "
-        "the intended exceptions.",
+        "No integer arithmetic exceeds its type. No conversion to a narrower type loses bits. No "
+        "sum of TIME values exceeds 32 bits of milliseconds. The intended exceptions are listed "
+        "in tests/tools/evidence/wraps.toml.",
         "docs/explanation/architecture.md",
         ("inner", "clock", "log", "real-bits"),
         _goals,

@@ -1,7 +1,7 @@
-"""The telegram that the pins of a command block describe, as terms over the pins.
+"""The telegram that belongs to the pins of a command block, as terms over the pins.
 
-The mapping from pins to the wire does not come from the tables of the library. It comes from the
-second interpretation of the guide, which the tests use: tests/spec/second_reading/pins.
+The mapping from pins to words does not come from the tables of the library. It comes from
+tests/spec/second_reading/pins, a second and independent interpretation of the guide.
 """
 
 from __future__ import annotations
@@ -41,11 +41,11 @@ __all__ = [
 #: Words n+2 to n+30.
 WORDS = range(15)
 _SPACE = 0x20
-#: Conditions that contain a single number in that interpretation, each with the range that the
-#: number stands for (guide 4.4.1).
+#: Conditions in which tests/spec/second_reading/pins has one number, with the range of values that
+#: the number means (guide 4.4.1).
 _SPANS = {("Variable1", "0"): (0, 31), ("Variable1", "256"): (256, 287)}
-#: Rows: factor, lowest and highest REAL, greatest result. If the lowest REAL is None, the limits
-#: hold for both signs.
+#: Rows of factor, lowest and highest REAL, and greatest result. If the lowest REAL is None, the
+#: limits apply to both signs.
 ROUNDED = (
     (1000, None, 8191.999, 8_191_999),
     (100, 0.009, 100.0, 10_000),
@@ -55,7 +55,7 @@ ROUNDED = (
 
 
 class _Call(Protocol):
-    """The methods that a call of a block must have."""
+    """The protocol of a block call: its methods give the values of pins."""
 
     def pin(self, name: str, place: int = 0) -> Any:
         """Return the value of a pin, or of an element of the pin: a term, or a text."""
@@ -65,7 +65,10 @@ class _Call(Protocol):
 
 
 def reading_of(block: str) -> Pins:
-    """Return the meaning of a block's pins according to the guide; `block` is in upper case."""
+    """Return the meaning of a block's pins in the second interpretation.
+
+    `block` is in upper case.
+    """
     folder = str(ROOT / "tests/support")
     if folder not in sys.path:
         sys.path.append(folder)
@@ -96,7 +99,7 @@ def pattern_of(number: float) -> int:
 
 
 def bounds(pattern: Any, number: Any, factor: int) -> Iterator[tuple[str, Any, Any]]:
-    """Yield limits of a REAL, and the resulting limits of the number.
+    """Yield limits of a REAL, and the limits of the number that result from them.
 
     Each row is (name, premise, conclusion).
     """
@@ -113,7 +116,7 @@ def bounds(pattern: Any, number: Any, factor: int) -> Iterator[tuple[str, Any, A
 
 
 def _bits(pattern: Any) -> Any:
-    """Return the pattern that is sent. -0.0 is sent as 0.0."""
+    """Return the bit pattern of a REAL that is sent. -0.0 is sent as 0.0."""
     return z3.If(pattern == 0x8000_0000, z3.BitVecVal(0, 32), pattern)
 
 
@@ -127,7 +130,10 @@ def _character(text: Text, place: int) -> Any:
 
 
 def char_code(machine: Machine, arguments: list[Any]) -> Any:
-    """Return FC_RcxCharCode for the first sixteen positions: 0 if a telegram cannot carry it."""
+    """Return FC_RcxCharCode for one of the first sixteen characters.
+
+    It is 0 for an illegal character.
+    """
     text, position = arguments
     if not 1 <= position <= 16:
         raise UnsupportedError(f"FC_RcxCharCode at place {position}")
@@ -144,7 +150,7 @@ class Expected:
     reading: Pins
 
     def code(self) -> Any:
-        """Return word n."""
+        """Return word n of the expected telegram: code and robot number."""
         code = z3.BitVecVal(0, 16)
         chosen = self.reading.select[0]
         for member, number in self.reading.codes.items():
@@ -155,7 +161,7 @@ class Expected:
         return code
 
     def data(self) -> list[Any]:
-        """Return words n+2 to n+30."""
+        """Return the words n+2 to n+30 of the expected telegram."""
         words: list[Any] = [z3.BitVecVal(0, 16) for _ in WORDS]
         for part in self.reading.fixed:
             _write(words, part, z3.BitVecVal(1, part.width), z3.BoolVal(True))
@@ -168,7 +174,7 @@ class Expected:
         return words
 
     def counts(self, row: PinRow) -> Any:
-        """Return the condition under which a row has an effect."""
+        """Return the condition under which a row of the interpretation has an effect."""
         if row.where is None:
             return z3.BoolVal(True)
         name, wanted = row.where
@@ -187,7 +193,7 @@ class Expected:
                     yield row, self._pin(row, number)
 
     def fits(self) -> Iterator[Any]:
-        """Yield the claims that each used REAL is within its limits, and no text is too long."""
+        """Yield the claims that every used REAL is within its limits and no text is too long."""
         for row, pattern in self.scaled():
             limits = bounds(pattern, nearest(pattern, row.scale), row.scale)
             yield z3.Implies(self.counts(row), z3.Or([inside for _, inside, _ in limits]))
@@ -199,7 +205,7 @@ class Expected:
                 yield z3.Implies(self.counts(row), z3.ULE(self._pin(row).size, len(row.places)))
 
     def keys(self) -> Iterator[Any]:
-        """Yield what a telegram must represent: command, robot, and each pin with an effect."""
+        """Yield the values that a telegram must contain: command, robot, and each used pin."""
         if self.reading.select[0]:
             yield self.call.pin(self.reading.select[0])
         if self.reading.robot:
@@ -216,7 +222,7 @@ class Expected:
         return self.call.pin(row.pin, number)
 
     def _value(self, row: PinRow, number: int) -> Any:
-        """Return the value that a row sends to one of its places."""
+        """Return the value that a row of the interpretation writes to one position."""
         width, pin = row.places[number].width, self._pin(row, number)
         if row.members:
             value = z3.BitVecVal(0, width)
@@ -253,7 +259,7 @@ def _table(term: Any, rows: dict[int, int], width: int) -> Any:
 
 
 def _write(words: list[Any], part: Place, value: Any, counts: Any) -> None:
-    """Write a value to its place in the words. The place must have been 0 before."""
+    """Write a value to its position in the words. The position must have been 0 before."""
     first = part.at // 2 - 1
     value = z3.If(counts, value, z3.BitVecVal(0, part.width))
     for number in range(first, first + (part.width + 15) // 16):

@@ -1,4 +1,4 @@
-"""Calls outside of FB_ReadArea and FB_WriteArea may only clear SI(00) and SI(06)."""
+"""Property: a call outside of FB_ReadArea and FB_WriteArea may only clear SI(00) and SI(06)."""
 
 from __future__ import annotations
 
@@ -19,7 +19,7 @@ _PLACED: Path = (*INNER, "INSCAN")
 
 
 def _called(library: Library, name: str) -> Iterator[Goal]:
-    """Yield the goal that a call outside of a scan requests nothing and ends no hold."""
+    """Yield the goal that a call outside of a scan requests nothing and releases no hold."""
     step = library.step(name, library.outline(name))
     machine = step.machine
     assumed = (*machine.assumptions, z3.Not(step.was(_PLACED)))
@@ -71,9 +71,10 @@ def _goals(library: Library, part: str) -> Iterator[Goal]:
 PROPERTIES = (
     Property(
         "place",
-        "A block that is called before FB_ReadArea or after FB_WriteArea makes no request, takes "
-        "no turn and ends no hold. A request that is made there is never sent. Such a block can "
-        "switch SI(00) and SI(06) OFF. Property `contract` proves that it ends with an error.",
+        "If a block is called before FB_ReadArea or after FB_WriteArea, it requests nothing, "
+        "takes no turn, and does not release SI(00) or SI(06). FB_WriteArea never sends a request "
+        "that was made there. The block can still switch SI(00) and SI(06) OFF. Property "
+        "`contract` proves that the block ends with an error.",
         "docs/explanation/scan-model.md",
         ("inner",),
         _goals,

@@ -1,4 +1,4 @@
-"""A property: a claim in words, its assumptions, and the goals that prove it."""
+"""Properties of the library: each is a claim in words, with assumptions and goals that prove it."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ __all__ = ["Goal", "Property"]
 class Goal:
     """One question to the solver: does `claim` follow from all of `assumed`?
 
-    The values of the terms in `show` explain a counterexample to people.
+    `show` has terms. Their values explain a counterexample to people.
     """
 
     name: str
@@ -37,7 +37,7 @@ class Property:
         parts: Function that returns the names of the parts (blocks, or parts of an induction). Each
             part is an independent job.
         uses: Names of properties that the proof uses. Their assumptions are included.
-        rests_on: Function that returns the POUs that a part is about. All POUs that these use are
+        rests_on: Function that returns the POUs that a part is about. All POUs that they use are
             added. None means all POUs.
     """
 

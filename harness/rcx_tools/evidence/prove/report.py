@@ -23,7 +23,7 @@ _SLOWEST = 3
 
 
 def properties(work: Sequence[Job], found: Mapping[str, Mapping[str, Any]]) -> list[dict[str, Any]]:
-    """Return one entry for each property, in their order. `found` contains the outcomes by key."""
+    """Return one entry for each property. `found` maps the key of a job to its outcome."""
     names = dict.fromkeys(job.property for job in work)
     return [
         _entry(name, [found[job.key] for job in work if job.property == name]) for name in names
@@ -56,13 +56,13 @@ def _assumes(item: Property) -> list[str]:
 
 
 def _told(goal: Mapping[str, Any]) -> str:
-    """Return the name of a goal; put the part in front if the name does not contain it."""
+    """Return the name of a goal. The part stands in front if the name does not contain it."""
     part, name = goal["part"], goal["goal"]
     return name if part in name else f"{part}: {name}"
 
 
 def taken_for_granted(report: Iterable[Mapping[str, Any]]) -> dict[str, str]:
-    """Return all assumptions of these properties as sentences, by name."""
+    """Map the name of each assumption of these properties to its sentence."""
     names = {name for item in report for name in item["assumes"]}
     return {name: text for name, text in ASSUMPTIONS.items() if name in names}
 
@@ -82,7 +82,7 @@ def is_good(report: Mapping[str, Any]) -> bool:
 
 
 def show(report: Mapping[str, Any], console: Console) -> None:
-    """Print the report for people."""
+    """Print the report of the proofs for people."""
     table = Table("property", "", "goals", "solver [s]", "slowest goal", box=None)
     for item in report["properties"]:
         seconds = [str(item[key]) for key in ("goals", "seconds")]

@@ -1,10 +1,9 @@
-"""Proof that only a new edge starts anything again (chapter 1, 5; chapter 5, 3).
+"""Proof that after a loss only a new edge starts something again (chapter 1, 5; chapter 5, 3).
 
 The property is proved block by block. Each block has an invariant (`agrees`): the pins repeat the
-state of the job, and the job remembers the last Execute and the last scan. The goals then show that
+state of the job, and the job remembers Execute and the number of the last scan. The goals show that
 a job becomes busy only at an edge, makes requests only while busy, and ends when the link is lost.
-Proofs of blocks with inner blocks use what is proved about the inner blocks (`known`). Their proofs
-therefore stay small.
+The proof of a block with inner blocks uses facts about them that are already proved (`known`).
 """
 
 from __future__ import annotations
@@ -33,15 +32,15 @@ _NOT_CONNECTED, _NOT_READY = 0x8001, 0x8002
 #: SI(01), which needs SI(00). SI(12), SI(14) and SI(17) need SI(00) and SI(06) (chapter 5, 3.1 and
 #: 3.2).
 _SERVO, _MOVES = 0x0002, 0x9400
-#: Path of the job in a block if it is not `JOB`.
+#: Path of the job in those blocks in which it is not `JOB`.
 _PLACES: dict[str, Path] = {
     "FB_PROGRAMCONTINUE": ("START", "JOB"),
     "FB_PROGRAMCALL": ("CALL", "JOB"),
     "FB_PROGRAMCALLINWORDS": ("CALL", "JOB"),
 }
-#: Blocks that start a robot program with FB_RcxProgramCall.
+#: Blocks that start a robot program by FB_RcxProgramCall.
 _CALLERS = ("FB_PROGRAMCALL", "FB_PROGRAMCALLINWORDS")
-#: Blocks with a pin Enable instead of Execute.
+#: Blocks that have a pin Enable instead of Execute.
 _LEVELS = (
     "FB_SEQUENCECONTROL",
     "FB_JOG",
@@ -49,21 +48,21 @@ _LEVELS = (
     "FB_OVERRIDE",
     "FB_TOOLPOSITION",
 )
-#: Blocks that send single commands with FB_RcxCommandWhile, and its path.
+#: Blocks that send single commands by FB_RcxCommandWhile, with the path of this inner block.
 _SENDERS: dict[str, Path] = {
     "FB_OVERRIDE": (*BLOCK, "COMMAND"),
     "FB_TOOLPOSITION": (*BLOCK, "READING"),
 }
-#: Blocks that contain other blocks. FB_PowerUp waits for link and CPU_OK itself, before its first
+#: Blocks that contain other blocks. FB_PowerUp itself waits for link and CPU_OK before its first
 #: request.
 _COMPOSITES = ("FB_POWERUP", "FB_SERVOONFROMEMERGENCYSTOP")
-#: Blocks that send one command after the other with FB_RcxPointRow.
+#: Blocks that send one command after the other by FB_RcxPointRow.
 CARRIERS = ("FB_POINTBACKUP", "FB_POINTRESTORE")
 _STOPPERS = ("FB_EMERGENCYSTOP", "FB_PROGRAMSTOP")
 
 
 def answers(machine: Machine, memory: Memory | None = None) -> Any:
-    """Return the claim that within a scan Answer reports a lost link and a missing CPU_OK."""
+    """Return the claim that Answer reports a lost link and a missing CPU_OK within a scan."""
     placed = machine.term((*INNER, "INSCAN"), memory)
     connected = machine.term((*ROBOT, "CONNECTED"), memory)
     ready = machine.term((*ROBOT, "SO", "SO01_CPUOK"), memory)
@@ -111,7 +110,7 @@ def agrees(library: Library, machine: Machine, memory: Memory, name: str) -> Any
 
 
 def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
-    """Yield the invariants of an inner block that sends one command."""
+    """Yield the invariants of an inner block that sends a single command."""
     yield from shows(machine, memory, path, (*path, "JOB"))
     active, busy, done, error = (
         machine.term((*path, pin), memory) for pin in ("ACTIVE", "BUSY", "DONE", "ERROR")
@@ -120,10 +119,10 @@ def _alone(machine: Machine, memory: Memory, path: Path) -> Iterator[Any]:
 
 
 def known(machine: Machine) -> Iterator[Any]:
-    """Yield facts about the calls of inner blocks that their own proofs have shown.
+    """Yield facts about calls of inner blocks. The facts are proved for the inner blocks alone.
 
-    Each fact is an implication: if the state before the call is legal, the promises of the block
-    hold.
+    Each fact is an implication: if the state before the call is legal, the promises of the inner
+    block hold after it.
     """
     for call in machine.outlined if isinstance(machine, Outline) else ():
         if {"EXECUTE", "BUSY"} <= {path[-1] for path in call.after if path[:-1] == call.instance}:
@@ -132,9 +131,9 @@ def known(machine: Machine) -> Iterator[Any]:
 
 
 def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
-    """Yield the promises of a block that sends one command.
+    """Yield the promises of a block that sends a single command.
 
-    They are the goals below, and goals of property `contract`.
+    The promises are goals of this module and of property `contract`.
     """
     path, job = call.instance, (*call.instance, "JOB")
 
@@ -164,8 +163,7 @@ def _promises(machine: Machine, call: Outlined) -> Iterator[Any]:
     yield z3.Implies(began, shown)
 
 
-#: Stages of the blocks that contain others, in order, each with the inner block that works in the
-#: stage.
+#: The stages of composite blocks in their order, each with the inner block that works in the stage.
 _CHARTS: dict[str, dict[str, str]] = {
     "FB_SERVOONFROMEMERGENCYSTOP": {
         "EMERGENCY_RELEASE": "",
@@ -198,7 +196,7 @@ def _stage(machine: Machine, memory: Memory, at: Path, names: Iterable[str]) -> 
 
 
 def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
-    """Yield the claims that a composite block has its own channel, and has the turn while busy."""
+    """Yield the claims that a composite block has its own channel, and its turn while busy."""
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -217,8 +215,8 @@ def _has_own_turn(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
 def _called(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
     """Yield the claims about FB_RcxProgramCall.
 
-    It has its own turn. It remembers the scan and the Execute of its job, and its Failure is 0 or
-    an ErrorID.
+    FB_RcxProgramCall has its own turn. It remembers scan and Execute of its job. Its Failure is 0
+    or an ErrorID.
     """
 
     def get(*path: Any) -> Any:
@@ -233,7 +231,7 @@ def _called(machine: Machine, memory: Memory, at: Path) -> Iterator[Any]:
 def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
     """Yield the claims about a block that sends one command after the other.
 
-    A command is busy only while rows remain, and no command shows an end.
+    A command is busy only while rows remain. No command shows an end.
     """
 
     def get(*path: Any) -> Any:
@@ -262,7 +260,7 @@ def _carried(machine: Machine, memory: Memory, name: str) -> Iterator[Any]:
 
 
 def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[Any]:
-    """Yield the claims that in each stage exactly the inner block of the stage is busy."""
+    """Yield the claims that only the inner block of the current stage is busy."""
 
     def get(*path: Any) -> Any:
         return machine.term((*at, *path), memory)
@@ -290,7 +288,7 @@ def _nested(machine: Machine, memory: Memory, name: str, at: Path) -> Iterator[A
 
 
 def shows(machine: Machine, memory: Memory, block: Path, job: Path) -> Iterator[Any]:
-    """Yield the claims that the pins of a block repeat those of its job.
+    """Yield the claims that the pins of a block repeat the outputs of its job.
 
     After a detected edge, one of Busy, Done and Error is TRUE.
     """
@@ -346,7 +344,7 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
     asks = _asks(step)
     yield Goal(f"{name}: it makes requests only while busy", assumed, z3.Implies(asks, now))
     ends = z3.And(z3.Not(now), step.now((*BLOCK, "ERROR")), z3.Not(asks))
-    if name in OUTLINED:  # if all rows are done, the block may end with Done
+    if name in OUTLINED:  # the block may end with Done after the last row
         ends = z3.And(z3.Not(now), z3.Not(asks))
     connected = step.was((*ROBOT, "CONNECTED"))
     waits = z3.BoolVal(False)
@@ -368,7 +366,7 @@ def _jobs(library: Library, name: str) -> Iterator[Goal]:
 def _troubles(step: Step, name: str, assumed: tuple[Any, ...], ends: Any) -> Iterator[Goal]:
     """Yield the goals for a controller that is not ready.
 
-    A block ends if the controller is lost, and it makes no request that is forbidden then.
+    Without link or CPU_OK a block ends and makes no request.
     """
     ready = step.was((*ROBOT, "SO", "SO01_CPUOK"))
     was, job = step.was((*BLOCK, "BUSY")), _job(name)
@@ -401,7 +399,7 @@ def _troubles(step: Step, name: str, assumed: tuple[Any, ...], ends: Any) -> Ite
         )
 
 
-#: Bits of RCX_REF.SI by their position in bytes n + 32 and n + 33 (chapter 5, 1).
+#: Maps a bit position in bytes n + 32 and n + 33 to the variable in RCX_REF.SI (chapter 5, 1).
 _SI = {
     0: "SI00_EMERGENCYSTOP",
     1: "SI01_SERVOON",
@@ -416,7 +414,7 @@ _SI = {
 
 
 def _applied(step: Step, now: bool = False) -> Any:
-    """Return RCX_REF.SI as the two bytes."""
+    """Return RCX_REF.SI as the bytes n + 32 and n + 33."""
     value = z3.BitVecVal(0, 16)
     for bit, name in _SI.items():
         flag = (step.now if now else step.was)((*ROBOT, "SI", name))
@@ -425,7 +423,10 @@ def _applied(step: Step, now: bool = False) -> Any:
 
 
 def _on_wire(step: Step, name: str) -> Any:
-    """Return the claim that a block's input is ON; for FB_ReturnToOrigin the chosen input."""
+    """Return the claim that the dedicated input of a block is ON.
+
+    FB_ReturnToOrigin has two inputs; the claim is about the chosen input.
+    """
     own = z3.BitVecVal(REQUESTS[name], 16)
     if name == "FB_RETURNTOORIGIN":
         chosen = step.was((*BLOCK, "CHOSEN")) == 1
@@ -436,7 +437,7 @@ def _on_wire(step: Step, name: str) -> Any:
 def _levels(library: Library, name: str) -> Iterator[Goal]:
     """Yield the goals of a block with Enable.
 
-    An error stays until Enable falls. While there is an error, nothing is requested.
+    An error stays until Enable is FALSE. During an error the block requests nothing.
     """
     step = library.step(name)
     machine = step.machine
@@ -455,7 +456,7 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
         yield Goal(f"{name}: the invariant holds again", tuple(assumed), kept)
         if name not in _SENDERS:
             works = step.was((*BLOCK, "JOB", "BUSY"))
-    may = held = z3.BoolVal(False)  # the code is already out: a jog stops, a command is held
+    may = held = z3.BoolVal(False)  # the code is already sent: a jog stops, others go on
     if name == "FB_JOG":
         may = step.was((*BLOCK, "OUT"))
     if name in _SENDERS:
@@ -478,7 +479,10 @@ def _levels(library: Library, name: str) -> Iterator[Goal]:
 
 
 def _sender(machine: Machine, memory: Memory, name: str) -> Any:
-    """Return the claim: ErrorID is the failure; after it or without Enable no command waits."""
+    """Return the claim that ErrorID is the failure.
+
+    No command waits after a failure, or while Enable is FALSE.
+    """
     command = _SENDERS[name]
 
     def get(*path: Any) -> Any:
@@ -496,7 +500,10 @@ def _sender(machine: Machine, memory: Memory, name: str) -> Any:
 
 
 def _failure(machine: Machine, memory: Memory, _: str) -> Any:
-    """Return the claim: ErrorID is the failure; with a failure no job is busy, a jog is locked."""
+    """Return the claim that ErrorID is the failure.
+
+    After a failure no job is busy, and a jog is locked.
+    """
     shown = machine.term((*BLOCK, "ERRORID"), memory)
     failure = machine.term((*BLOCK, "FAILURE"), memory)
     idle = z3.Not(machine.term((*BLOCK, "JOB", "BUSY"), memory))
@@ -587,10 +594,10 @@ PROPERTIES = (
     Property(
         "restart",
         "After a loss of the link, no dedicated input except SI(00) and SI(06) goes ON and no "
-        "command is sent without a new edge of Execute or Enable. After a loss of CPU_OK, no "
-        "command is sent without such an edge. In an emergency stop no servo ON, program start or "
-        "return-to-origin begins, and a running one ends. FB_Operator has keys instead of "
-        "Execute: the proof covers the blocks that the keys start, but not the keys.",
+        "command is sent until Execute or Enable has a new rising edge. The same holds for "
+        "commands after a loss of CPU_OK. In an emergency stop, no servo ON, program start or "
+        "return-to-origin begins, and one that is running ends. FB_Operator has keys instead of "
+        "Execute. The proof covers the blocks that the keys start, but not the keys.",
         "chapter 1, 5; chapter 5, 3",
         ("inner", "calls"),
         _goals,

@@ -1,4 +1,7 @@
-"""Execution of jobs in worker processes; a process that dies gives an outcome, not an abort."""
+"""Execution of jobs in worker processes.
+
+If a process dies, the job gets an outcome and others run on.
+"""
 
 from __future__ import annotations
 
@@ -14,11 +17,11 @@ DIED = "the process of the solver has ended by itself; is there memory enough"
 
 
 class HasKey(Protocol):
-    """A job with a key."""
+    """Protocol of a job that has a key."""
 
     @property
     def key(self) -> str:
-        """Return a key of the job and of all its inputs. The outcome contains the key."""
+        """Return the key: a hash of the job and of all its inputs. The outcome contains the key."""
 
 
 Job = TypeVar("Job", bound=HasKey)
@@ -26,7 +29,7 @@ Run = Callable[[Job], dict[str, Any]]
 
 
 def outcomes(run: Run[Job], jobs: Sequence[Job], workers: int, died: Run[Job]) -> Iterator[Any]:
-    """Yield the outcomes as they finish, in any order.
+    """Run jobs, and yield each outcome as soon as it is known, in any order.
 
     Args:
         run: Function that runs a job.

@@ -1,4 +1,4 @@
-"""Proof that nothing happens which would stop a PLC: an index out of range, a division by zero."""
+"""Proof that no operation stops a PLC, such as an index out of range or a division by zero."""
 
 from __future__ import annotations
 
@@ -40,12 +40,15 @@ def _number(pattern: int) -> float:
 
 
 def _ordered(key: int) -> int:
-    """Return the pattern of the number at a position in ascending order; 0 is -infinity."""
+    """Return the bit pattern of the REAL at a position in ascending order.
+
+    Position 0 is -infinity.
+    """
     return 0xFF80_0000 - key if key <= 0x7F80_0000 else key - 0x7F80_0001
 
 
 def _first(grown: Callable[[float], bool]) -> int:
-    """Return the first position in this order at which the monotonic `grown` is True."""
+    """Return the first position in ascending order at which the monotonic `grown` is True."""
     low, high = 0, 2 * 0x7F80_0000 + 2
     while low < high:
         middle = (low + high) // 2
@@ -54,7 +57,7 @@ def _first(grown: Callable[[float], bool]) -> int:
 
 
 def _grown(term: Any) -> tuple[Any, Callable[[float], float]] | None:
-    """Return a pattern, and the monotonic function that the term applies to the pattern's number.
+    """Split a term into a bit pattern and a monotonic function of the number with this pattern.
 
     Return None if the term does not have this form.
     """
@@ -98,7 +101,7 @@ def _constant(term: Any) -> float | None:
 
 
 def exactly(term: Any) -> Any:
-    """Return the term with comparisons of patterns in place of comparisons of rounded numbers.
+    """Replace comparisons of rounded numbers in a term by comparisons of bit patterns.
 
     A product with a positive constant is monotonic in the number, and so is each rounding. The
     result of a comparison with a limit therefore changes at exactly one number. Bisection finds
@@ -162,7 +165,10 @@ def _log_keeps(block: str, step: Step, memory: Memory) -> Any:
 
 
 def _table_keeps(machine: Machine, memory: Memory) -> Any:
-    """Return the claim that Row is one of the used rows, except after a refused start."""
+    """Return the claim that Row is one of the used rows.
+
+    After a refused start it may be any row.
+    """
     last, row, stage, failure = (
         machine.term((*BLOCK, name), memory) for name in ("LAST", "ROW", "STAGE", "FAILURE")
     )
@@ -198,7 +204,10 @@ def _goals(library: Library, block: str) -> Iterator[Goal]:
 
 
 def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[Goal]:
-    """Yield a goal for each kind of obligation. Each conversion has a separate goal."""
+    """Yield a goal for each kind of fault that must be impossible.
+
+    Each conversion has its own goal.
+    """
     places: dict[str, list[Any]] = {}
     for one in machine.obligations:
         told = f"{File(one.file).name}:{one.line}"
@@ -212,8 +221,8 @@ def impossible(name: str, machine: Machine, known: tuple[Any, ...]) -> Iterator[
         yield Goal(f"{name}: {group}, {len(found)} places", known, claim, dict(found))
 
 
-#: Blocks that are replaced by a summary at their calls, or that are proved inside of their callers
-#: only.
+#: Blocks that are replaced by a summary in their callers, or that are proved only inside their
+#: callers.
 _ELSEWHERE = ("FB_RCXFIRSTROW", "FB_RCXSCANTIME", "FB_RCXSHAREDWORDS")
 
 
@@ -228,9 +237,9 @@ def _parts(library: Library) -> list[str]:
 PROPERTIES = (
     Property(
         "safety",
-        "With any values at the pins, no index is outside of its array, nothing is divided by "
-        "zero, no REAL is converted to an integer that cannot hold it, and no shift, text or time "
-        "is out of range.",
+        "Whatever the values of the pins are, no array index is out of range and no division is "
+        "by zero. No REAL is converted to an integer type that cannot hold it. No shift, text or "
+        "time is out of range.",
         "docs/explanation/architecture.md",
         ("inner", "clock", "area", "log", "table"),
         _goals,

@@ -45,12 +45,12 @@ BUGS = ROOT / "tests" / "tools" / "evidence" / "proof_bugs"
 _HERE = Path(__file__).parent
 #: Fields of each bug in the report.
 _ROW = ("name", "file", "breaks", "left_out", "seconds")
-#: For a property that must stay proved, only this number of parts is tried, out of the parts that
-#: depend on the changed file: first parts about the changed file, then parts that depend on the
-#: least text.
+#: Number of parts that are proved again for a property that must stay proved. Only parts that
+#: depend on the changed file count: first parts about this file, then parts that depend on little
+#: text.
 _STAYS = 2
-#: Parts that are not tried for a property that must stay proved, because each takes seconds. ()
-#: means all parts.
+#: Slow parts of properties. They are not proved again if their property must stay proved. () means
+#: all parts of the property.
 SLOW: Mapping[str, tuple[str, ...]] = {
     "interval": (),
     "handshake": (),
@@ -73,7 +73,7 @@ _LIMIT_S = 20.0
 
 @dataclass(frozen=True)
 class Bug(broken.Bug):
-    """One row of a table, with the names of the properties that the bug breaks."""
+    """One row of a table of bugs, with the names of the properties that the bug breaks."""
 
     breaks: tuple[str, ...]
 
@@ -90,12 +90,11 @@ class Bug(broken.Bug):
 
 @dataclass(frozen=True)
 class Task:
-    """A bug, the parts of properties that depend on the changed file, and the folder to work in.
+    """The work item for a bug: the parts of properties to prove, and the folder to work in.
 
     Attributes:
         parts: All parts of the properties that the bug breaks, and some parts of the others.
-        left_out: Other properties that are not proved again, because all their parts are slow
-            (`SLOW`).
+        left_out: Properties that are not proved again, because all their parts are slow (`SLOW`).
     """
 
     key: str
@@ -112,7 +111,7 @@ def bugs(folder: Path) -> list[Bug]:
 
 
 def chosen(library: Library, wanted: Sequence[str], tables: Path) -> list[Bug]:
-    """Return all bugs, or the wanted bugs. Check that each can be inserted.
+    """Return all bugs or the wanted bugs, and check that each of them can be inserted.
 
     Raises:
         InputError: a bug does not exist, or cannot be inserted.
@@ -133,10 +132,10 @@ def tasks(
     folder: Path,
     tables: Path,
 ) -> list[Task]:
-    """Return the tasks for all bugs, or for the wanted ones.
+    """Return the tasks for all bugs, or for the wanted bugs.
 
-    Parts that depend on the least text come first. This order is the same on every machine, unlike
-    the run times.
+    Parts that depend on the least text come first. Unlike an order by run times, this order is the
+    same on every machine.
 
     Raises:
         InputError: a bug does not exist, or cannot be inserted.
@@ -181,7 +180,7 @@ def _task(library: Library, bug: Bug, parts: list[Job], folder: Path) -> Task:
 
 
 def _twin(job: Job) -> str:
-    """Return a name that is the same for a block for bytes and for its twin for words."""
+    """Return the name of a block without the ending of its twin for process images of words."""
     return job.part.upper().removesuffix("WORDS").removesuffix("IN")
 
 
@@ -190,7 +189,7 @@ def _is_slow(job: Job) -> bool:
 
 
 def judge(task: Task) -> dict[str, Any]:
-    """Insert the bug into a copy of the library; return which properties are still proved."""
+    """Insert a bug into a copy of the library. Return the properties that are still proved."""
     begin = time.monotonic()
     copy = Path(task.folder) / "lib"
     shutil.rmtree(task.folder, ignore_errors=True)
@@ -251,7 +250,7 @@ def summary(
 ) -> dict[str, Any]:
     """Return the figures.
 
-    `whole`: all bugs were tried, so each property must have been broken at least once.
+    If `whole` is True, all bugs were tried. Each property must then be broken by a bug.
     """
     rows = [judged[task.key] for task in work]
     return {

@@ -1,4 +1,4 @@
-"""Signs of floating-point terms without the arithmetic: can a number be below 0?"""
+"""The possible signs of floating-point terms, found without their arithmetic."""
 
 from __future__ import annotations
 
@@ -13,9 +13,9 @@ _JOINS = (z3.Z3_OP_FPA_MUL, z3.Z3_OP_FPA_ADD)
 
 
 def by_sign(term: Any) -> Any:
-    """Return the term with an arbitrary number in place of each sum or product.
+    """Replace each sum or product in a term by an arbitrary number.
 
-    The number is restricted to the possible signs of the sum or product.
+    The arbitrary number has only signs that the sum or product can have.
     """
     if isinstance(term, bool):
         return z3.BoolVal(term)
@@ -33,7 +33,10 @@ def by_sign(term: Any) -> Any:
 
 
 def _signed(rounded: Any) -> Any:
-    """Return an arbitrary pattern. It is not below 0 if this term cannot be below 0."""
+    """Return an arbitrary bit pattern.
+
+    If the term cannot be below 0, the pattern is not below 0.
+    """
     pattern = z3.FreshConst(rounded.sort(), "signed")
     never = z3.And(_is_negative(pattern), z3.Not(_below_zero(rounded.arg(0))))
     return z3.If(never, z3.BitVecVal(0, 32), pattern)
@@ -58,7 +61,7 @@ def _below_zero(term: Any) -> Any:
 
 
 def _pattern_below_zero(pattern: Any) -> Any:
-    """Return a condition like that of `_below_zero` for the pattern of a REAL."""
+    """Return the condition of `_below_zero` for a REAL that is given as a bit pattern."""
     if z3.is_app_of(pattern, z3.Z3_OP_FPA_TO_IEEE_BV):
         return z3.And(_is_negative(pattern), _below_zero(pattern.arg(0)))
     if z3.is_app_of(pattern, z3.Z3_OP_ITE):

@@ -20,9 +20,9 @@ class Answer:
 
     Attributes:
         status: `proved`, `refuted` or `unknown`.
-        seconds: Time that the solver has taken.
+        seconds: Run time of the solver.
         values: Values of the requested terms in the counterexample, if the claim is refuted.
-        reason: Reason of the solver, if the answer is unknown.
+        reason: If the answer is unknown, the reason that the solver gives.
     """
 
     status: str
@@ -42,7 +42,7 @@ def ask(
     Args:
         assumed: Boolean terms.
         claim: A Boolean term.
-        limit_s: Time limit of the solver [s]. After that time the answer is `unknown`.
+        limit_s: Time limit of the solver [s]. After this time the answer is `unknown`.
         show: Terms to evaluate in a counterexample.
     """
     begin = time.monotonic()

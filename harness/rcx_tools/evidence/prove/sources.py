@@ -1,4 +1,4 @@
-"""Inputs of a proof: the modules of the harness behind a property, found by their imports."""
+"""The inputs of a proof: the modules that a property uses, found by following imports."""
 
 from __future__ import annotations
 
@@ -17,8 +17,8 @@ from rcx_tools.evidence.results import ROOT
 __all__ = ["module_of", "prover_state"]
 
 _HARNESS = ROOT / "harness"
-#: Tables, the grammar, and files that tests read. They are listed because imports do not lead to
-#: them.
+#: Tables, the grammar, and files that tests read. These files are listed because imports do not
+#: lead to them.
 _DATA = (
     "spec",
     "harness/structured_text/language",
@@ -29,7 +29,7 @@ _DATA = (
 
 @lru_cache(maxsize=64)
 def prover_state(*modules: str) -> str:
-    """Return a hash of these modules, of the modules they import, of the tables, and of z3."""
+    """Return a hash of these modules, their imports, the tables, and the version of z3."""
     state = hashlib.sha256(f"{z3.get_version_string()} {digest(_DATA)}".encode())
     for file in sorted(_closure(modules)):
         state.update(file.relative_to(_HARNESS).as_posix().encode() + b"\0")
@@ -49,7 +49,7 @@ def _closure(modules: Iterable[str]) -> set[Path]:
 
 
 def _file(module: str) -> Iterator[Path]:
-    """Yield the file of a module of the harness. Any other name yields nothing."""
+    """Yield the file of a module of the harness. For another name, yield nothing."""
     start = _HARNESS.joinpath(*module.split("."))
     yield from (
         file for file in (start.with_suffix(".py"), start / "__init__.py") if file.is_file()

@@ -1,4 +1,4 @@
-"""Random values and states, in which edges, limits and equal numbers are frequent."""
+"""Random values and states. Edges, limits and equal numbers are frequent."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ _PRINTABLE = [chr(code) for code in range(32, 127)]
 
 
 class States:
-    """Source of random values in the form that the built-in engine uses.
+    """A source of random values in the representation of the built-in engine.
 
     Args:
         seed: Seed. The same seed always gives the same values.
@@ -44,7 +44,7 @@ class States:
         self._numbers: list[int] = [0]
 
     def begin(self) -> None:
-        """Begin another state: draw numbers that its values share, and the share of TRUE BOOLs."""
+        """Begin a new state: draw numbers that several values use, and the share of TRUE BOOLs."""
         draw = self.random
         self._on = draw.choice((0.1, 0.3, 0.5, 0.7, 0.9))
         self._numbers = [draw.choice((draw.randint(0, 20), draw.getrandbits(16))) for _ in range(3)]
@@ -57,7 +57,7 @@ class States:
         self.now = max(self.now, 0)
 
     def chance(self, share: float) -> bool:
-        """Return True in the given share of all calls."""
+        """Return True with the given probability."""
         return self.random.random() < share
 
     def value(self, kind: Type, name: str = "") -> Any:

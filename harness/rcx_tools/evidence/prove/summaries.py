@@ -1,4 +1,4 @@
-"""Summaries: terms that replace functions or blocks with long loops, and sine functions.
+"""Summaries: terms that replace functions or blocks with long loops, or trigonometric functions.
 
 A summary allows every result that the function can give. `functions.py` proves for every argument
 that the summaries of FC_RcxMilliseconds, FC_RcxRealBits, FC_RcxBitsReal and FB_RcxFirstRow agree
@@ -40,10 +40,10 @@ def pattern_of(number: reals.Real) -> Any:
 
 
 def nearest_milliseconds(value: Any, result: Any) -> Any:
-    """Return the specification of FC_RcxMilliseconds: nearest number, 0 below 0, at most 20 days.
+    """Return the specification of FC_RcxMilliseconds: nearest number of ms, from 0 to 20 days.
 
-    It is valid for every TIME of 64 bits. The result has as many bits as a TIME. A proof that uses
-    the specification for an argument must assume it explicitly.
+    The specification is valid for every TIME of 64 bits. Its result has as many bits as a TIME. A
+    proof that uses the specification must assume it explicitly.
     """
     ms = 1_000_000
     whole = result * ms
@@ -64,17 +64,17 @@ def _milliseconds(machine: Machine, arguments: list[Any]) -> Any:
 
 
 def bits_of(pattern: Any) -> Any:
-    """Return the result of FC_RcxRealBits for a number's pattern: 0 for -0.0, else the pattern."""
+    """Return the result of FC_RcxRealBits for a number: its bit pattern, but 0 for -0.0."""
     return z3.If(pattern & 0x7FFF_FFFF == 0, z3.BitVecVal(0, 32), pattern)
 
 
 def _is_number(pattern: Any) -> Any:
-    """Return the claim that the pattern is not NaN."""
+    """Return the claim that the bit pattern is not NaN."""
     return z3.ULE(pattern & 0x7FFF_FFFF, 0x7F80_0000)
 
 
 def _real_bits(machine: Machine, arguments: list[Any]) -> Any:
-    """Return the pattern of a number, or an arbitrary value for NaN."""
+    """Return the bit pattern of a number. For NaN return an arbitrary value."""
     (number,) = arguments
     pattern = pattern_of(number)
     anything = z3.BitVec(machine.fresh("real_bits"), 32)
@@ -96,7 +96,7 @@ def _scan_time(machine: Machine, arguments: list[Any]) -> None:
 def is_first_row(row: Any, error: Any, rows: Any, size: Any) -> Any:
     """Return the specification of FB_RcxFirstRow: a row in use, or ErrorID 16#8051.
 
-    ErrorID 16#8055 means that the row in use is done already.
+    ErrorID 16#8055 means that the used row is already done.
     """
     used = z3.And(row >= 1, row <= rows, rows <= size)
     return z3.Or(z3.And(z3.Or(error == 0, error == 0x8055), used), error == 0x8051)
@@ -115,8 +115,8 @@ def _first_row(machine: Machine, arguments: list[Any]) -> None:
 def _wave(name: str) -> Callable[[Machine, list[Any]], Any]:
     """Return a summary of a sine or a similar function.
 
-    The summary allows any REAL, but the same REAL for the same argument. It therefore covers every
-    real function. The accuracy of a PLC is not part of the proofs.
+    The summary allows any REAL as result, but the same REAL for the same argument. It therefore
+    covers every function of a REAL. The accuracy of a PLC is not part of the proofs.
     """
     word = z3.BitVecSort(32)
     function = z3.Function(name, word, word)

@@ -1,10 +1,10 @@
-"""The telegrams of the command blocks: only legal ones, and those that the pins describe.
+"""Properties: command blocks send legal telegrams, and those that belong to their pins.
 
 The proof covers every command block except FB_RemoteCommand. It is an induction over the calls of a
 block. The telegram is composed when the job starts, from the pins of that call. It stays unchanged
-while the job is busy, and nothing else is ever requested. The mapping from pins to wire does not
-come from the tables of the library. It comes from the second interpretation of the guide, which the
-tests use (pin_telegrams.py).
+while the job is busy, and nothing else is ever requested. The mapping from pins to words does not
+come from the tables of the library. It comes from a second interpretation of the guide
+(pin_telegrams.py).
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ from structured_text.prove.texts import anything
 
 __all__ = ["PROPERTIES"]
 
-#: Part with the lemmas about REAL_TO_DINT and characters, which the other parts use.
+#: Name of the part with the lemmas about REAL_TO_DINT and characters. All other parts use them.
 _LEMMAS = "REAL_TO_DINT and FC_RcxCharCode"
 
 
@@ -48,7 +48,7 @@ def _blocks(library: Library) -> list[str]:
 
 
 class _Block:
-    """A call of a block that starts a job, a call while a job is busy, and the goals about both."""
+    """Two calls of a block, one that starts a job and one while a job is busy, with their goals."""
 
     def __init__(self, library: Library, block: str) -> None:
         self.name = block
@@ -74,7 +74,7 @@ class _Block:
     def _goal(self, call: Call, name: str, claim: Any, **show: Any) -> Goal:
         """Return a goal without floating-point arithmetic.
 
-        In place of REAL_TO_DINT there is a number within bounds.
+        REAL_TO_DINT is replaced by a number within bounds.
         """
         assumed = self._plain(z3.And(*self._assumed(call), *self._lemmas))
         shown = {name: self._plain(term) for name, term in show.items()}
@@ -84,7 +84,7 @@ class _Block:
         return z3.substitute(term, *self._rounded) if self._rounded else term
 
     def held(self) -> Iterator[Goal]:
-        """Yield the goals that the held command stays unchanged, and nothing else is requested."""
+        """Yield the goals that the stored command is unchanged, and nothing else is requested."""
         first = self._library.machine()
         pou = self._library.pou(self.name)
         assert pou.block is not None
@@ -103,7 +103,7 @@ class _Block:
         yield self._goal(self._busy, "the held command stays while the job is busy", stays)
 
     def legal(self) -> Iterator[Goal]:
-        """Yield the goals that the command is legal at the start of a job, unless it is refused."""
+        """Yield the goals that a command is legal at the start of a job or is refused."""
         now = self._start.now
         edge = self._start.edge
         yield self._goal(self._start, "a job begins at an edge", z3.Implies(now.ready, edge))
@@ -112,7 +112,7 @@ class _Block:
         yield self._goal(self._start, "a telegram is legal", claim, **_shown(now.code, now.data))
 
     def pins(self) -> Iterator[Goal]:
-        """Yield the goals: the pins give the telegram, and other pins give another telegram."""
+        """Yield the goals that pins give the expected telegram, and other pins another one."""
         now, expected = self._start.now, self._expected
         code = expected.code()
         same = [now.code == code, *map(_equal, now.data, self._data)]
@@ -128,7 +128,7 @@ class _Block:
             yield self._told_apart(keys, code)
 
     def _told_apart(self, keys: list[Any], code: Any) -> Goal:
-        """Return the goal that equal telegrams have equal pins, where the pins have an effect."""
+        """Return the goal that equal telegrams come from equal pins, except pins without effect."""
         terms = [
             self._plain(z3.And(*self._assumed(self._start), self._start.now.ready)),
             self._plain(code),
@@ -230,10 +230,11 @@ def _rests_on(part: str) -> tuple[str, ...]:
 PROPERTIES = (
     Property(
         "telegram-legal",
-        "With any values at its pins, every command block except FB_RemoteCommand requests only "
-        "telegrams that are legal by the guide. If an input is refused, it requests nothing. The "
-        "proof does not cover blocks outside of plc/lib/command that send commands themselves: "
-        "FB_Override, FB_ToolPosition, FB_PointBackup and FB_PointRestore.",
+        "Whatever the values of its pins are, every command block except FB_RemoteCommand "
+        "requests only commands that are legal by the guide. If the block refuses an input value, "
+        "it requests nothing. The proof does not cover the blocks outside of plc/lib/command that "
+        "send commands themselves: FB_Override, FB_ToolPosition, FB_PointBackup and "
+        "FB_PointRestore.",
         "remote command guide 4.2 to 4.9",
         ("inner",),
         _legal_goals,
@@ -243,10 +244,10 @@ PROPERTIES = (
     ),
     Property(
         "telegram-pins",
-        "Every command block except FB_RemoteCommand requests the telegram of the values that its "
-        "pins had when its job began. A number in whole 0.001 mm or 0.01 % is sent exactly. "
-        "Different values at pins that are used make different telegrams, except REALs that round "
-        "to the same step, spaces at the end of a text, and -0.0.",
+        "Every command block except FB_RemoteCommand sends the values that its pins had when it "
+        "was started. A number in whole steps of 0.001 mm or 0.01 % is sent exactly. Different "
+        "values at a used pin give different words, with three exceptions: REALs that round to "
+        "the same step, spaces at the end of a text, and -0.0.",
         "remote command guide 4.2 to 4.9",
         ("inner",),
         _pins_goals,

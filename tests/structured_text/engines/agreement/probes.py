@@ -1,7 +1,7 @@
 """Small programs that every engine must run alike, and their recorded traces.
 
-A probe is `NAME.st` in tests/data/language. `NAME.json` beside it contains values to write, by
-path, by the number of the scan before which they are written. `record.py` records the probe's trace
+A probe is `NAME.st` in tests/data/language. `NAME.json` beside it maps the number of a scan to the
+values, by path, that are written before this scan. `record.py` records the probe's trace
 from matiec in tests/data/traces/NAME.jsonl. The first line of a trace names its origin, the second
 has every variable before the first scan, and each further line has the variables that changed in a
 scan.

@@ -17,7 +17,7 @@ PROBES = [pytest.param(probe, id=probe.name) for probe in language_probes()]
 
 @pytest.mark.parametrize("probe", PROBES)
 def test_the_built_in_engine_gives_the_trace_recorded_from_matiec(probe: Probe) -> None:
-    """The dialect is that of the tools that compile with matiec."""
+    """The built-in engine uses the dialect of tools that compile with matiec."""
     files = [in_dialect(file, "openplc") for file in probe.files]
     program = build(files, "builtin").program
     assert differences(recorded_trace(probe), trace(program, probe)) == []
@@ -28,7 +28,10 @@ def test_the_built_in_engine_gives_the_trace_recorded_from_matiec(probe: Probe) 
 def test_plain_structured_text_differs_from_matiec_only_in_counters_that_are_reported(
     probe: Probe,
 ) -> None:
-    """Source: engines/matiec/faults.toml, counters."""
+    """Standard ST differs from matiec's trace only in counters, which `places` reports as faults.
+
+    Source: engines/matiec/faults.toml, counters.
+    """
     program = build(probe.files, "builtin").program
     found = differences(recorded_trace(probe), trace(program, probe))
     reported = {place.fault.name for place in places(load(list(probe.files)))}
@@ -43,7 +46,8 @@ def test_the_recorded_trace_is_what_matiec_gives_today(probe: Probe) -> None:
     assert differences(recorded_trace(probe), trace(program, probe)) == []
 
 
-#: Programs that STruC++ 0.6.1 refuses or runs differently; see docs/reference/engines.md.
+#: Programs that STruC++ 0.6.1 refuses or runs differently (docs/reference/engines.md), with the
+#: reason.
 STRUCPP = {"array_dimensions": "no index of three dimensions",
            "arrays": "no initial value of an ARRAY", "blocks": "VAR_TEMP keeps its value",
            "comparisons": "no STRING beside a literal with < and >",

@@ -15,7 +15,7 @@ from structured_text.language.types import BlockType, StructType
 from structured_text.projects.needed import needed
 
 _PLC = Path(__file__).parents[4] / "plc"
-#: Examples with a pair of arrays as their image. The other examples have tests of their own.
+#: Examples whose process image is a pair of arrays. The other examples have tests of their own.
 EXAMPLES = [
     path.parent
     for path in sorted((_PLC / "examples").glob("*/Config.st"))

@@ -1,6 +1,6 @@
 """matiec differs from the standard in known points. The built-in engine follows the standard.
 
-The library and the probes avoid these points. A program that uses them behaves differently on the
+The library and the probes avoid these points, because programs with them behave differently on the
 two engines.
 """
 
@@ -22,7 +22,7 @@ def _values(tmp_path: Path, variables: str, body: str) -> dict[str, object]:
 
 
 def test_a_for_loop_from_0_to_0_runs_once(tmp_path: Path) -> None:
-    """From 2024 on, matiec skips the last iteration if start plus step is beyond the end."""
+    """Matiec of 2024 or later skips the last iteration if start plus step is beyond the end."""
     seen = _values(
         tmp_path,
         "I : INT; Rounds : INT; Single : INT;",
@@ -32,8 +32,8 @@ def test_a_for_loop_from_0_to_0_runs_once(tmp_path: Path) -> None:
     assert (seen["Rounds"], seen["Single"]) == (1, 1)
 
 
-def test_durations_that_add_up_to_whole_seconds_compare_as_such(tmp_path: Path) -> None:
-    """In matiec, such a sum has 0 s and 1000 ms, and compares as less than 1 s."""
+def test_sums_of_durations_that_give_whole_seconds_compare_correctly(tmp_path: Path) -> None:
+    """In matiec, T#500ms + T#500ms has 0 s and 1000 ms, and compares as less than 1 s."""
     seen = _values(
         tmp_path,
         "Reached : BOOL; Same : BOOL; Below : BOOL;",
@@ -53,6 +53,6 @@ def test_a_duration_is_what_its_literal_says(literal: str, tmp_path: Path) -> No
 
 
 def test_a_string_literal_may_hold_a_line_feed(tmp_path: Path) -> None:
-    """The line feed is copied into matiec's C text, and C compilers refuse that."""
+    """Matiec copies the line feed into its C text, and C compilers refuse this text."""
     seen = _values(tmp_path, "Text : STRING := 'a$Lb';", "Text := CONCAT(Text, '$N');")
     assert seen["Text"] == "a\nb\n"

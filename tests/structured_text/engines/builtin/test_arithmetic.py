@@ -44,10 +44,10 @@ def test_numbers_without_a_type_are_divided_in_the_same_way(
     [
         pytest.param("A : INT := 7; B : INT; U : UINT := 7; V : UINT;",
                      "A := A MOD B; U := U MOD V;", "A U", (0, 0), id="modulo 0 is 0"),
-        # The type INT also applies in a comparison without other types: 32767 + 1 wraps.
+        # If a comparison has only INT operands, the sum is an INT, too: 32767 + 1 wraps.
         pytest.param("I : INT := 32767; T1 : TIME := T#2s; B, C, D : BOOL;",
                      "B := 1 + I = -32768; C := -1 < 2 * I + 1; D := MAX(1, I) = I;",
-                     "B C D", (True, False, True), id="an untyped number takes the other's type"),
+                     "B C D", (True, False, True), id="an untyped number has the other's type"),
         pytest.param("X : INT := 7; R : REAL := 0.5; A, B, C, D : BOOL;",
                      "A := 5 < X; B := X < 5; C := 1.5 > R; D := R > 1.5;",
                      "A B C D", (True, False, True, False), id="an untyped number on either side"),
@@ -111,10 +111,13 @@ def test_a_literal_has_its_standard_value(run: Run, literal: str, kind: str, val
         ("DT_TO_STRING", "STRING", "DT#2024-02-29-13:30:00", "DT#2024-02-29-13:30:00"),
     ],
 )
-def test_a_conversion_gives_what_fits_the_target(
+def test_a_conversion_gives_the_calculated_value(
     run: Run, conversion: str, kind: str, value: str, result: Any
 ) -> None:
-    """The test has the conversions that `standard_table` does not contain."""
+    """A conversion gives the value that was calculated by hand.
+
+    These conversions are not in `standard_table`.
+    """
     source = conversion.split("_TO_")[0]
     assert run(f"A : {source} := {value}; X : {kind};", f"X := {conversion}(A);", "X") == result
 
@@ -143,7 +146,10 @@ def test_code_in_many_brackets_has_its_value(run: Run, depth: int) -> None:
     ],
 )
 def test_functions_take_untyped_numbers(run: Run, call: str, kind: str, value: Any) -> None:
-    """The other functions with untyped numbers are in `standard_table`."""
+    """Standard functions such as LIMIT and MUX accept untyped numbers.
+
+    `standard_table` has the other functions with untyped numbers.
+    """
     assert run(f"X : {kind};", f"X := {call};", "X") == value
 
 

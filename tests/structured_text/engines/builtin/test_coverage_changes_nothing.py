@@ -16,7 +16,7 @@ from structured_text.language.load import load
 from structured_text.language.project import Project
 from structured_text.language.source import in_dialect
 
-#: Conditions that have effects (calls), that cause errors for some values, or neither.
+#: Conditions for random programs. Some have effects (calls), some cause errors for some values.
 _LEAVES = (
     *("A", "B", "N > 2", "F_Count(A)", "F_Count(N = 1)", "F_Set(K := N) > 2", "Field[N] > 0"),
     *("10 / N > 1", "SQRT(X) > 1.0", "REAL_TO_INT(Big * X) > 0", "N MOD 2 = 0"),
@@ -73,7 +73,7 @@ _CONDITIONS = st.recursive(
 
 
 def _behaviour(project: Project, collector: Collector | None) -> list[str]:
-    """Return the values after each of some scans, up to the first error and its place."""
+    """Return the values after each scan, up to the first error, with the position of the error."""
     program = BuiltinProgram.build(project, collector)
     paths = ["Calls", *(f"Main.{one}" for one in ("R", "Q", "N", "Chosen", "Worker.Steps", "Fast"))]
     seen: list[str] = []
@@ -109,7 +109,10 @@ _GIVEN = given(
 def test_a_counted_program_does_the_same(
     dialect: str, start: int, first: str, second: str, third: str
 ) -> None:
-    """Source: docs/how-to/coverage.md."""
+    """A program gives the same values with and without coverage counting.
+
+    Source: docs/how-to/coverage.md.
+    """
     _check(dialect, start, first, second, third)
 
 
@@ -119,7 +122,10 @@ def test_a_counted_program_does_the_same(
 def test_many_counted_programs_do_the_same(
     dialect: str, start: int, first: str, second: str, third: str
 ) -> None:
-    """Source: docs/how-to/coverage.md."""
+    """Many random programs give the same values with and without coverage counting.
+
+    Source: docs/how-to/coverage.md.
+    """
     _check(dialect, start, first, second, third)
 
 
@@ -128,7 +134,10 @@ def test_many_counted_programs_do_the_same(
 def test_a_function_on_the_right_of_and_is_called_as_often_with_coverage_as_without(
     tmp_path: Path, dialect: str, calls: int, counted: bool
 ) -> None:
-    """Source: docs/reference/language.md, AND, OR of BOOL."""
+    """Coverage counting does not change whether AND calls the function on its right.
+
+    Source: docs/reference/language.md, AND, OR of BOOL.
+    """
     file = tmp_path / "program.st"
     file.write_text(
         "VAR_GLOBAL Calls : INT; END_VAR\n"

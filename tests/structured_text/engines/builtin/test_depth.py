@@ -89,7 +89,7 @@ def test_a_long_condition_has_the_value_of_its_parts(
 
 
 @pytest.mark.exhaustive
-def test_a_long_condition_is_left_where_its_value_is_known(run: Run) -> None:
+def test_a_long_condition_is_evaluated_only_until_its_value_is_known(run: Run) -> None:
     """After a FALSE, the other operands of AND are not evaluated, as in a short condition."""
     guarded = " AND ".join(["I <= 2", *["A[I] = 0"] * 500])
     variables = "A : ARRAY [1..2] OF INT; I : INT := 3; Y : BOOL := TRUE;"
@@ -243,7 +243,7 @@ def test_declarations_may_use_each_other_up_to_the_limit(tmp_path: Path, kind: s
 
 
 @pytest.mark.exhaustive
-def test_a_declaration_before_what_it_uses_is_no_deeper(tmp_path: Path) -> None:
+def test_the_order_of_declarations_does_not_change_the_depth_limit(tmp_path: Path) -> None:
     file = tmp_path / "row.st"
     types = [f"TYPE B{k} : ARRAY [0..0] OF B{k - 1}; END_TYPE\n" for k in range(3_000, 0, -1)]
     program = "PROGRAM P1\nVAR X : INT; END_VAR\nX := 1;\nEND_PROGRAM\n"

@@ -44,7 +44,7 @@ def _state(program: BuiltinProgram) -> dict[str, object]:
     return {path: program.read(path) for path, _ in program.walk()}
 
 
-def test_the_program_follows_the_interface(build: Build) -> None:
+def test_a_built_in_program_has_the_interface_program(build: Build) -> None:
     program: Program = build(_SOURCE)
     assert isinstance(program, Program)
     assert (program.engine, program.tick_us) == ("builtin", None)
@@ -184,7 +184,8 @@ def test_each_task_runs_in_every_scan_of_its_interval_in_order_of_priority(build
         rows.append(tuple(program.read(f"{name}.N") for name in ("F1", "S1", "E1")))
     assert program.tick_us == 10_000
     assert rows == [(1, 1, 1), (1, 1, 2), (2, 1, 3), (2, 2, 4), (3, 2, 5), (3, 2, 6), (4, 3, 7)]
-    # All three programs ran in the last scan: the highest priority first, the free program last.
+    # All three programs ran in the last scan: first the highest priority, last the program without
+    # a task.
     assert [program.read(f"{name}.Seen") for name in ("F1", "S1", "E1")] == [112, 113, 114]
     assert program.read("Order1") == program.read("S1.Order1") == 114
 
@@ -229,7 +230,7 @@ def test_variables_at_one_address_are_one(build: Build) -> None:
             1, "G1", {"A": 7, "B": 0}, id="a global structure shared by programs"),
     ],
 )  # fmt: skip
-def test_programs_share_what_has_one_address(
+def test_programs_share_variables_at_the_same_address(
     build: Build, source: str, scans: int, path: str, value: object
 ) -> None:
     program = build(source)

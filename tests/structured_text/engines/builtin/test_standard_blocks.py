@@ -59,39 +59,39 @@ def _timer(
 
 
 _PT = {0: 30}
-_LONGER = {0: 20, 5: 60}  # two scans after its end
+_LONGER = {0: 20, 5: 60}  # two scans after the end of the time
 _TIMERS = [
-    _timer("switches on when its time is over", "TON", "01111100110", _PT,
+    _timer("turns on when its time has passed", "TON", "01111100110", _PT,
            "00001100000", [0, 0, 10, 20, 30, 30, 0, 0, 0, 10, 0]),
-    _timer("without a time expires one call after its start", "TON", "0111", {}, "0011", []),
-    _timer("sees the time and not the number of scans", "TON", "0111", _PT,
+    _timer("with a time of 0 turns on one call after its start", "TON", "0111", {}, "0011", []),
+    _timer("counts the time and not the number of scans", "TON", "0111", _PT,
            "0011", [0, 0, 30, 30], step=40),
-    _timer("begins anew after each interruption", "TON", "0111011111", _PT,
+    _timer("restarts after each interruption", "TON", "0111011111", _PT,
            "0000000011", [0, 0, 10, 20, 0, 0, 10, 20, 30, 30]),
-    _timer("compares with the time of the call", "TON", "0111111", {0: 100, 4: 20},
+    _timer("uses the time of the call", "TON", "0111111", {0: 100, 4: 20},
            "0000111", []),
-    _timer("that expired ignores a longer time", "TON", "0111111", _LONGER,
+    _timer("that has expired ignores a longer time", "TON", "0111111", _LONGER,
            "0001111", [0, 0, 10, 20, 20, 20, 20]),
-    _timer("switches off when its time is over", "TOF", "0100010000000", _PT,
+    _timer("turns off when its time has passed", "TOF", "0100010000000", _PT,
            "0111111110000", [0, 0, 0, 10, 20, 0, 0, 10, 20, 30, 30, 30, 30]),
     _timer("is on from the first call and its time starts at each fall", "TOF", "1001000000", _PT,
            "1111111000", [0, 0, 10, 0, 0, 10, 20, 30, 30, 30]),
-    _timer("that was never on stays off", "TOF", "000", {0: 10}, "000", [0, 0, 0]),
-    _timer("that expired ignores a longer time", "TOF", "1000000", _LONGER,
+    _timer("with an input that was never on stays off", "TOF", "000", {0: 10}, "000", [0, 0, 0]),
+    _timer("that has expired ignores a longer time", "TOF", "1000000", _LONGER,
            "1110000", [0, 0, 10, 20, 20, 20, 20]),
-    _timer("gives one pulse however long the input", "TP", "01000000111111", _PT,
+    _timer("gives a single pulse for an input of any length", "TP", "01000000111111", _PT,
            "01110000111000", [0, 0, 10, 20, 0, 0, 0, 0, 0, 10, 20, 30, 30, 30]),
     _timer("is not started again within its pulse", "TP", "0101100001", _PT,
            "0111000001", [0, 0, 10, 20, 30, 0, 0, 0, 0, 0]),
-    _timer("that expired ignores a longer time", "TP", "0111111", _LONGER,
+    _timer("that has expired ignores a longer time", "TP", "0111111", _LONGER,
            "0110000", [0, 0, 10, 20, 20, 20, 20]),
 ]  # fmt: skip
 _EDGES = [
-    _case("sees an edge for one call", "R_TRIG", {"CLK": "1101101"}, {}, {"Q": "1001001"}),
-    _case("sees an edge for one call", "F_TRIG", {"CLK": "1101001"}, {}, {"Q": "0010100"}),
-    _case("takes a first low level for an edge", "F_TRIG", {"CLK": "00"}, {}, {"Q": "10"}),
-    _case("takes a first high level for an edge", "R_TRIG", {"CLK": "11"}, {}, {"Q": "10"}),
-    _case("sees no edge in a first high level", "F_TRIG", {"CLK": "11"}, {}, {"Q": "00"}),
+    _case("reports an edge for one call", "R_TRIG", {"CLK": "1101101"}, {}, {"Q": "1001001"}),
+    _case("reports an edge for one call", "F_TRIG", {"CLK": "1101001"}, {}, {"Q": "0010100"}),
+    _case("reports a first low level as an edge", "F_TRIG", {"CLK": "00"}, {}, {"Q": "10"}),
+    _case("reports a first high level as an edge", "R_TRIG", {"CLK": "11"}, {}, {"Q": "10"}),
+    _case("reports no edge at a first high level", "F_TRIG", {"CLK": "11"}, {}, {"Q": "00"}),
     _case("is set by both inputs", "SR", {"S1": "01001", "R": "00011"}, {}, {"Q1": "01101"}),
     _case("is reset by both inputs", "RS", {"S": "01001", "R1": "00011"}, {}, {"Q1": "01100"}),
     _case("keeps its state", "SR", {"S1": "100000", "R": "000100"}, {}, {"Q1": "111000"}),
@@ -112,9 +112,9 @@ _COUNTERS = [
       for kind, least in (("CTD", -32768), ("CTD_DINT", -(2**31)), ("CTD_LINT", -(2**63)))),
     _case("counts down to 0", "CTD_UDINT", {"CD": "0101"}, {0: {"CV": 1}},
           {"Q": "0111", "CV": [1, 0, 0, 0]}),
-    _case("without a preset is at its end", "CTU", {"CU": "01"}, {}, {"Q": "11", "CV": [0, 1]}),
-    _case("without a preset is at its end", "CTD", {"CD": "01"}, {}, {"Q": "11", "CV": [0, -1]}),
-    _case("without a preset is at both ends", "CTUD", {"CU": "00"}, {}, {"QU": "11", "QD": "11"}),
+    _case("with a preset of 0 is at its end", "CTU", {"CU": "01"}, {}, {"Q": "11", "CV": [0, 1]}),
+    _case("with a preset of 0 is at its end", "CTD", {"CD": "01"}, {}, {"Q": "11", "CV": [0, -1]}),
+    _case("with a preset of 0 is at both ends", "CTUD", {"CU": "00"}, {}, {"QU": "11", "QD": "11"}),
     _case("loads its preset and counts down below zero", "CTD_DINT", {"CD": "001010101"},
           {0: {"PV": 2, "LD": True}, 1: {"LD": False}},
           {"Q": "000011111", "CV": [2, 2, 1, 1, 0, 0, -1, -1, -2]}),
@@ -123,7 +123,7 @@ _COUNTERS = [
           {"QU": "00000111111111", "CV": [0, 1, 1, 2, 2, 3, 3, 4, 4, 5, 5, 4, 4, 3]}),
     _case("counts below zero and back", "CTUD", {"CU": "0000101", "CD": "0101000"}, {0: {"PV": 1}},
           {"QD": "1111111", "CV": [0, -1, -1, -2, -1, -1, 0]}),
-    _case("loads before it counts and the edge is used up", "CTD", {"CD": "01101"},
+    _case("loads before it counts and ignores the edge in this scan", "CTD", {"CD": "01101"},
           {0: {"PV": 3, "LD": True}, 2: {"LD": False}}, {"CV": [3, 3, 3, 3, 2]}),
     _case("ignores edges up and down at the same time", "CTUD",
           {"CU": "0101010000", "CD": "0001001010"}, {0: {"PV": 2}, 9: {"LD": True}},
@@ -141,7 +141,7 @@ _COUNTERS = [
 @pytest.mark.parametrize(
     ("kind", "levels", "changes", "outputs", "step"), [*_TIMERS, *_EDGES, *_COUNTERS]
 )
-def test_a_standard_block(
+def test_a_standard_block_has_the_outputs_of_the_standard(
     build: Build,
     kind: str,
     levels: dict[str, str],
@@ -149,7 +149,10 @@ def test_a_standard_block(
     outputs: dict[str, Any],
     step: int,
 ) -> None:
-    """Source: IEC 61131-3 (2003), 2.5.2.3.1 to 2.5.2.3.4; figure 15: an edge starts a timer."""
+    """The block's outputs in each scan are those of the standard.
+
+    Source: IEC 61131-3 (2003), 2.5.2.3.1 to 2.5.2.3.4; figure 15: an edge starts a timer.
+    """
     assert _trace(build, kind, levels, changes, list(outputs), step) == outputs
 
 
@@ -187,7 +190,10 @@ _TIMES = {"PT": timedelta(0), "ET": timedelta(0)}
 def test_before_its_first_call_each_pin_is_false_or_0_of_its_type(
     build: Build, kind: str, flags: str, others: dict[str, Any]
 ) -> None:
-    """Source: IEC 61131-3 (2003), 2.4.3.1, table 13: default initial values."""
+    """Before its first call, each pin of a standard block has the initial value of its type.
+
+    Source: IEC 61131-3 (2003), 2.4.3.1, table 13: default initial values.
+    """
     program = build(f"PROGRAM P1\nVAR B1 : {kind}; END_VAR\nEND_PROGRAM")
     for pin, value in (dict.fromkeys(flags.split(), False) | others).items():
         found = program.read(f"Main.B1.{pin}")

@@ -1,4 +1,4 @@
-"""Every row of `standard_table` holds: each standard function at its limits, on both engines.
+"""Every row of `standard_table` is true on both engines: each standard function at its limits.
 
 Each row runs twice: with literals and with variables as arguments.
 """
@@ -131,7 +131,9 @@ def test_matiec_agrees_where_it_keeps_to_the_standard(matiec: Matiec, tmp_path: 
         ("F := LN(F + 1.0);", "a function is not defined for its argument"),
     ],
 )
-def test_what_the_standard_leaves_open_is_a_fault(tmp_path: Path, code: str, message: str) -> None:
+def test_a_call_that_the_standard_does_not_define_ends_the_run(
+    tmp_path: Path, code: str, message: str
+) -> None:
     variables = "K : INT := -1; R : INT; W : WORD; T : STRING := 'abc'; F : REAL := -1.0;"
     with pytest.raises(InputError, match=message):
         _run(f"PROGRAM P1 VAR {variables} END_VAR {code} END_PROGRAM", tmp_path)

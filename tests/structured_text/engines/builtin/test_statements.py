@@ -45,7 +45,7 @@ def test_case_of_an_enumeration_steps_through_its_members(build: Build) -> None:
 
 
 @pytest.mark.parametrize("end", ["Next(C := C)", "1 + Next(C := C)", "Next(C := C) + 1"])
-def test_the_end_of_a_for_loop_is_called_once(run: Run, end: str) -> None:
+def test_a_call_as_the_end_value_of_a_for_loop_runs_once(run: Run, end: str) -> None:
     """If the end value is a call, it is evaluated before the first iteration.
 
     Source: IEC 61131-3 (2003), 3.3.2.4.
@@ -55,7 +55,7 @@ def test_the_end_of_a_for_loop_is_called_once(run: Run, end: str) -> None:
     assert run("I, N, C : INT;", body, "N C", before) == (3 if "1" in end else 2, 1)
 
 
-#: Variables, statements, checked variables, their values, and the text before the program.
+#: Cases: variables, statements, checked variables, their values, and the text before the program.
 _CASES = {
     "a FOR loop includes its end and may run no times": (
         "I : INT; N : INT; M : INT; Sum : INT; Z : INT;",
@@ -69,7 +69,7 @@ _CASES = {
         "I : INT; By1 : INT := -2; N : INT;",
         "FOR I := 6 TO 1 BY By1 DO N := N + 1; END_FOR;", "N I", (3, 0), "",
     ),
-    "WHILE tests before and REPEAT after each round": (
+    "WHILE tests before and REPEAT after each iteration": (
         "I : INT := 5; J : INT := 5; N : INT; M : INT;",
         "WHILE I < 5 DO N := N + 1; END_WHILE; REPEAT M := M + 1; UNTIL J >= 5 END_REPEAT;",
         "N M", (0, 1), "",
@@ -87,7 +87,7 @@ _CASES = {
         "VAR_IN_OUT Seen : INT; END_VAR\n"
         "Seen := Seen + 1; IF Stop THEN RETURN; END_IF; N := N + 1;\nEND_FUNCTION_BLOCK",
     ),
-    "a function starts afresh at every call": (
+    "a function has initial values at every call": (
         "A : DINT; B : DINT; C : DINT;",
         "A := Triangle(4, 0); B := Triangle(N := 4); C := Triangle(Offset := 1, N := 2);",
         "A B C", (10, 110, 4),
@@ -96,13 +96,13 @@ _CASES = {
         "WHILE I < N DO I := I + 1; Sum := Sum + I; END_WHILE;\nTriangle := Sum + Offset;\n"
         "END_FUNCTION",
     ),
-    "a function may take and give structures": (
+    "a function may have structures as input and result": (
         "P : Pair := (A := 1); Q1 : Pair;", "Q1 := Swapped(P);", "Q1 P",
         ({"A": 7, "B": 1}, {"A": 1, "B": 7}),
         f"{_PAIR}FUNCTION Swapped : Pair\nVAR_INPUT P : Pair; END_VAR\n"
         "Swapped.A := P.B; Swapped.B := P.A;\nEND_FUNCTION",
     ),
-    "a block remembers and its instances do not share": (
+    "a block keeps its values and instances share nothing": (
         "A : Adder; B : Adder; T1 : INT;",
         "A(); A(X := 5); A(); B(3); A(X := 1, Sum => T1);", "A.Sum B.Sum T1", (13, 3, 13),
         "FUNCTION_BLOCK Adder\nVAR_INPUT X : INT := 2; END_VAR\nVAR_OUTPUT Sum : INT; END_VAR\n"
@@ -117,7 +117,7 @@ _CASES = {
         "VAR B1 : Bump; I : INT := 2; END_VAR\nB1(X := P.A); B1(X := L1[I]); "
         "B1(X := L1[5]); I := I + 1;\nEND_FUNCTION_BLOCK",
     ),
-    "an index of a VAR_IN_OUT is taken at the call": (
+    "an index of a VAR_IN_OUT is evaluated at the call": (
         "L1 : List1; I : INT := 2; B1 : Both;", "B1(X := L1[I], I := I);", "L1 I",
         ([0, 9, 0, 0, 0], 4),
         f"{_LIST}FUNCTION_BLOCK Both\nVAR_IN_OUT I : INT; X : INT; END_VAR\nI := 4; X := 9;\n"
@@ -137,7 +137,7 @@ _CASES = {
         f"{_PAIR}TYPE Pairs : ARRAY [0..1, 0..1] OF Pair; END_TYPE\n"
         "TYPE Whole : STRUCT Items : Pairs; Name1 : STRING; END_STRUCT; END_TYPE",
     ),
-    "an array that was copied stays as it was": (
+    "a copy of an array does not change with the array": (
         "A, B : List1; P : ARRAY [0..1] OF List1;",
         "A[1] := 5; B := A; P[1] := A; A[1] := 6; P[1][2] := 7;", "A B P",
         ([6, 0, 0, 0, 0], [5, 0, 0, 0, 0], [[0] * 5, [5, 7, 0, 0, 0]]), _LIST,
@@ -163,7 +163,7 @@ def test_a_program_has_these_values_after_one_scan(run: Run, name: str) -> None:
     assert run(variables, body, want, before) == values
 
 
-def test_a_member_of_two_enumerations_has_the_wanted_type(run: Run) -> None:
+def test_a_member_name_of_two_enumerations_takes_the_expected_type(run: Run) -> None:
     """IDLE is the first member of one type and the last of the other."""
     before = "TYPE Mode1 : (IDLE, AUTO); END_TYPE\nTYPE Mode2 : (RUN, STOP, IDLE); END_TYPE"
     body = "A := IDLE; B := IDLE; C := A = IDLE; D := B = IDLE; E := Mode2#IDLE;"

@@ -17,7 +17,7 @@ Compile = Callable[..., MatiecProgram]
 
 @pytest.fixture
 def joined(tmp_path: Path) -> tuple[Project, SourceText]:
-    """Return a program of five lines, followed by a file of three lines with its type."""
+    """Return a source joined from a program of five lines and a type of three lines."""
     program, kind = tmp_path / "program.st", tmp_path / "kind.st"
     program.write_text("PROGRAM PROBE\n  VAR\n    P : POINT;\n  END_VAR\n  P.X := 1; END_PROGRAM")
     kind.write_text("TYPE POINT : STRUCT\r\n    X : INT;\r\n  END_STRUCT; END_TYPE\r\n")
@@ -73,7 +73,7 @@ def test_a_failure_of_iec2c_is_reported_at_the_users_line(
 
 
 def test_a_refusal_of_matiec_has_its_line(compiled: Compile, tmp_path: Path) -> None:
-    """iec2c refuses an initial value of a STRING after another field of a structure."""
+    """The message of iec2c about a refused initial value gets the line in the user's file."""
     kind = "TYPE TAGGED : STRUCT X : REAL; Tag : STRING; END_STRUCT; END_TYPE\n"
     program = "PROGRAM PROBE\n  VAR\n    P : TAGGED := (Tag := 'a');\n  END_VAR\n  P.Tag := 'b';\n"
     with pytest.raises(InputError) as caught:
@@ -106,7 +106,10 @@ END_CONFIGURATION
 
 
 def test_programs_declared_against_their_priorities_are_refused(compiled: Compile) -> None:
-    """On matiec, Quick would run first, whatever priority its task has."""
+    """Matiec runs programs in the order of their declarations, so Quick would run first.
+
+    The program is refused.
+    """
     with pytest.raises(
         InputError, match=r"runs programs as they are declared \(Quick, Slow\)"
     ) as no:

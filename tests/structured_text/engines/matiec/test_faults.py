@@ -28,7 +28,7 @@ from structured_text.language.load import load
 
 
 class Row(NamedTuple):
-    """A program, and the value of its variable `V` after one scan."""
+    """A program, and the correct value of its variable `V` after one scan."""
 
     variables: str
     body: str
@@ -42,7 +42,7 @@ _POINT = "TYPE POINT : STRUCT X : INT; Y : INT; END_STRUCT; END_TYPE\n"
 _TWICE = "C(CU := TRUE, PV := 1); C(CU := FALSE); C(CU := TRUE, PV := 1);"
 _AGAIN = "C(CU := TRUE, R := FALSE, PV := 1);"
 
-#: Programs that a fault concerns.
+#: For each fault, programs that it affects.
 AFFECTED = {
     "for_once": [
         Row("I : INT; V : INT;", "FOR I := 1 TO 1 DO V := V + 1; END_FOR;", 1),
@@ -93,7 +93,7 @@ AFFECTED = {
     "find": [Row("V : INT; T : STRING := 'aab';", "V := FIND(T, 'ab');", 2)],
     "limit": [Row("V : INT; A : INT := 5;", "V := LIMIT(10, A, 0);", 0)],
     "counters": [
-        # Two edges in one scan.
+        # The counter gets two edges in one scan.
         Row("C : CTU; V : INT;", f"{_TWICE} V := C.CV;", 2),
         Row("C : CTU; V : INT;", f"{_TWICE}\nC(CU := FALSE, CV => V);", 2),
         Row("C : CTUD; V : BOOL;", f"{_TWICE} C(CU := FALSE, CD := TRUE); V := C.QU;", True),
@@ -138,7 +138,7 @@ AFFECTED = {
     "text_line_feed": [Row("V : STRING;", "V := 'a$Lb';", None)],
 }  # fmt: skip
 
-#: Similar programs that no fault affects.
+#: Programs similar to affected programs, which no fault affects.
 FINE = [
     Row("I : INT; V : INT;", "FOR I := 1 TO 2 DO V := V + 1; END_FOR;", 2),
     Row("I : INT; V : INT;", "FOR I := 1 TO 0 DO V := V + 1; END_FOR;", 0),
@@ -196,9 +196,9 @@ def _shown(value: object) -> object:
 
 
 def test_every_fault_has_a_program_that_shows_it() -> None:
-    """Only faults that depend on values during the run have no detector and no program.
+    """Every fault that can be detected in the sources has a program.
 
-    Source: the table itself.
+    Faults that depend on values during the run have no detector.
     """
     assert set(AFFECTED) == set(DETECTORS)
     assert set(faults()) - set(DETECTORS) == {"shift", "int_arithmetic"}
@@ -206,7 +206,10 @@ def test_every_fault_has_a_program_that_shows_it() -> None:
 
 @pytest.mark.parametrize(("name", "row"), _ROWS)
 def test_a_program_with_a_fault_is_found_with_its_line(name: str, row: Row, tmp_path: Path) -> None:
-    """Source: issue of the users, and the C code that matiec makes."""
+    """Each program that a fault affects is reported with file and line.
+
+    Source: issue of the users, and the C code that matiec makes.
+    """
     file = _file(row, tmp_path)
     found = [place for place in places(load([file])) if place.fault.name == name]
     assert len(found) == 1
@@ -218,13 +221,19 @@ def test_a_program_with_a_fault_is_found_with_its_line(name: str, row: Row, tmp_
 
 @pytest.mark.parametrize("row", FINE)
 def test_a_program_that_is_not_affected_is_not_reported(row: Row, tmp_path: Path) -> None:
-    """Source: the same constructs with other bounds, operators or characters."""
+    """Similar programs that no fault affects are not reported.
+
+    Source: the same constructs with other bounds, operators or characters.
+    """
     assert [str(place) for place in places(load([_file(row, tmp_path)]))] == []
 
 
 @pytest.mark.parametrize("row", [row for rows in AFFECTED.values() for row in rows] + FINE)
 def test_the_built_in_engine_computes_what_the_standard_says(row: Row, tmp_path: Path) -> None:
-    """Source: IEC 61131-3 by hand."""
+    """The built-in engine gives the value that IEC 61131-3 requires.
+
+    Source: IEC 61131-3 by hand.
+    """
     if row.value is not None:
         program = BuiltinProgram.build(load([_file(row, tmp_path)]))
         program.scan(0)
@@ -234,7 +243,7 @@ def test_the_built_in_engine_computes_what_the_standard_says(row: Row, tmp_path:
 @pytest.mark.exhaustive
 @pytest.mark.parametrize(("name", "row"), _ROWS)
 def test_matiec_has_the_fault(name: str, row: Row, tmp_path: Path, matiec: Matiec) -> None:
-    """Source: the installed matiec."""
+    """The installed matiec computes a wrong value, or its C code does not compile."""
     compiler, versions = find_c_compiler(), faults()[name].versions
     if compiler is None or versions == ("old" if is_new(matiec) else "new"):
         pytest.skip("this version does not have the fault")
@@ -256,7 +265,10 @@ def test_matiec_has_the_fault(name: str, row: Row, tmp_path: Path, matiec: Matie
 def test_matiec_computes_the_others_as_the_standard_says(
     row: Row, tmp_path: Path, matiec: Matiec
 ) -> None:
-    """Source: IEC 61131-3 by hand, on the installed matiec."""
+    """Matiec gives the standard's value for programs without a fault.
+
+    Source: IEC 61131-3 by hand, on the installed matiec.
+    """
     compiler = find_c_compiler()
     if compiler is None:
         pytest.skip("no C compiler")
@@ -271,14 +283,17 @@ def test_matiec_computes_the_others_as_the_standard_says(
     [(1_000_000, False), (2_000_000, False), (10_000_000, True), (250_000_000, True),
      (1_000_000_000, True), (1_300_000_000, False)],
 )  # fmt: skip
-def test_an_inexact_duration_is_known(nanoseconds: int, exact: bool) -> None:
-    """Source: `__time_to_timespec` of matiec, compiled by gcc on x86."""
+def test_durations_that_matiec_stores_inexactly_are_known(nanoseconds: int, exact: bool) -> None:
+    """`is_exact` knows the durations that matiec stores one nanosecond too short.
+
+    Source: `__time_to_timespec` of matiec, compiled by gcc on x86.
+    """
     assert is_exact(nanoseconds) is exact
 
 
 @pytest.fixture
 def with_matiec(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    """Simulate an installed recent matiec; the built-in engine runs its programs."""
+    """Simulate an installed recent matiec, and run its programs on the built-in engine."""
     iec2c = tmp_path / "iec2c"
     iec2c.write_bytes(b"... int __do_increment = 0; ...")
     monkeypatch.setattr(chooser, "find_matiec", lambda: Matiec(iec2c, tmp_path, tmp_path))
@@ -288,7 +303,10 @@ def with_matiec(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("with_matiec")
 def test_auto_runs_an_affected_program_on_the_built_in_engine(tmp_path: Path) -> None:
-    """Source: docs/reference/engines.md."""
+    """Engine auto runs a program with a matiec fault on the built-in engine and says why.
+
+    Source: docs/reference/engines.md.
+    """
     row = AFFECTED["for_once"][0]
     built = build([_file(row, tmp_path)])
     assert built.notice == (
@@ -299,7 +317,7 @@ def test_auto_runs_an_affected_program_on_the_built_in_engine(tmp_path: Path) ->
 
 @pytest.mark.usefixtures("with_matiec")
 def test_matiec_warns_of_an_affected_program(tmp_path: Path) -> None:
-    """The warning names every line.
+    """A program with a known fault of matiec gives a warning with all lines.
 
     Source: docs/reference/engines.md.
     """
@@ -311,7 +329,10 @@ def test_matiec_warns_of_an_affected_program(tmp_path: Path) -> None:
 
 @pytest.mark.usefixtures("with_matiec")
 def test_matiec_refuses_what_it_cannot_compile_with_the_line(tmp_path: Path) -> None:
-    """Source: docs/reference/engines.md."""
+    """Engine matiec refuses an array in VAR_TEMP with its line; auto uses the built-in engine.
+
+    Source: docs/reference/engines.md.
+    """
     file = _file(AFFECTED["temp_array"][0], tmp_path)
     with pytest.raises(InputError, match=r"array .*in VAR_TEMP \(L of PROBE\)") as caught:
         build([file], "matiec")
@@ -320,7 +341,10 @@ def test_matiec_refuses_what_it_cannot_compile_with_the_line(tmp_path: Path) -> 
 
 
 def test_a_library_that_is_tested_with_matiec_is_left_out(tmp_path: Path) -> None:
-    """Source: docs/reference/engines.md: the library was tested with matiec."""
+    """If library.toml has `tested = "matiec"`, faults in the library are not reported.
+
+    Source: docs/reference/engines.md: the library was tested with matiec.
+    """
     folder = tmp_path / "lib"
     folder.mkdir()
     file = _file(AFFECTED["time_sum"][0], folder)
@@ -335,7 +359,10 @@ def test_a_library_that_is_tested_with_matiec_is_left_out(tmp_path: Path) -> Non
 def test_auto_continues_if_matiec_refuses_the_program(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/reference/engines.md."""
+    """If matiec cannot compile the program, auto runs it on the built-in engine and says why.
+
+    Source: docs/reference/engines.md.
+    """
 
     def refuse(*_: object) -> None:
         raise InputError("matiec: no such thing", file=tmp_path / "program.st", line=3)
@@ -349,7 +376,10 @@ def test_auto_continues_if_matiec_refuses_the_program(
 
 
 def test_a_version_is_recognised_by_its_code(tmp_path: Path) -> None:
-    """Source: matiec's commit 8a06b3b."""
+    """A matiec whose code contains `__do_increment` is recent, any other is old.
+
+    Source: matiec's commit 8a06b3b.
+    """
     old, new = tmp_path / "old", tmp_path / "new"
     old.write_bytes(b"while(")
     new.write_bytes(b"int __do_increment = 0;")
@@ -358,7 +388,10 @@ def test_a_version_is_recognised_by_its_code(tmp_path: Path) -> None:
 
 
 def test_each_fault_is_one_warning_per_file(tmp_path: Path) -> None:
-    """Source: `rcx check` shows a construct once, with all its lines."""
+    """The two lines with the same fault give one warning that names both lines.
+
+    Source: `rcx check` shows a construct once, with all its lines.
+    """
     file = _file(Row("V : STRING;", "V := 'a$Nb';\nV := 'c$0Ad';", "x"), tmp_path)
     found = places(load([file]))
     assert [place.at.line for place in found] == [4, 5]

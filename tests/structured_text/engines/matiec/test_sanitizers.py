@@ -43,7 +43,10 @@ def _run(*arguments: str) -> subprocess.CompletedProcess[str]:
 
 
 def test_the_library_leaves_nothing_undefined_and_never_leaves_its_arrays(matiec: Matiec) -> None:
-    """Areas, Execute pins, offsets and sizes are random for 5,000 scans, and some are illegal."""
+    """The library runs 5,000 scans without a report of the sanitizers.
+
+    Areas, Execute pins, offsets and sizes are random, and some are illegal.
+    """
     done = _run()
     assert done.returncode == 0, done.stderr
     assert done.stdout == "no finding\n"

@@ -69,7 +69,7 @@ def test_values_are_read_by_path(compiled: Compile) -> None:
     assert program.type_of("Main.Delay.ET") == ElementaryType("TIME")
 
 
-def test_values_are_written_whole_or_in_part(compiled: Compile) -> None:
+def test_structured_values_are_written_as_a_whole_or_in_part(compiled: Compile) -> None:
     program = compiled(COUNTING)
     program.write("Main.Parts[2]", {"Name": "gripper", "mode": "MODE_ON"})
     program.write("Main.Parts[1].Count", -5)
@@ -261,7 +261,7 @@ def test_a_snapshot_of_another_program_is_refused(compiled: Compile) -> None:
 
 
 @pytest.mark.skipif(
-    platform.machine() not in ("x86_64", "AMD64"), reason="only there a division by zero traps"
+    platform.machine() not in ("x86_64", "AMD64"), reason="division by zero traps only on x86"
 )
 def test_a_division_by_zero_ends_the_scan_not_the_process(compiled: Compile) -> None:
     program = compiled(

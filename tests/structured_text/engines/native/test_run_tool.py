@@ -14,7 +14,10 @@ from structured_text.output import programs
 
 
 def test_a_compiler_that_never_ends_is_reported(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Source: docs/reference/limits.md, programs: 900 s."""
+    """A compiler that has not ended after 900 s is reported with a remedy.
+
+    Source: docs/reference/limits.md, programs: 900 s.
+    """
     given: dict[str, object] = {}
 
     def endless(command: list[str], **options: object) -> None:
@@ -31,6 +34,9 @@ def test_a_compiler_that_never_ends_is_reported(monkeypatch: pytest.MonkeyPatch)
 
 
 def test_the_output_of_a_tool_is_returned() -> None:
-    """Source: engines/native/toolchain.py."""
+    """`run_tool` returns the exit code and the output of the tool.
+
+    Source: engines/native/toolchain.py.
+    """
     done = run_tool([sys.executable, "-c", "print('said'); raise SystemExit(3)"])
     assert (done.returncode, done.stdout.split()) == (3, [b"said"])

@@ -21,7 +21,10 @@ def _program(tmp_path: Path, variables: str, body: str) -> Program:
 
 
 def test_an_index_out_of_range_ends_the_scan_and_the_next_one_runs(tmp_path: Path) -> None:
-    """Source: IEC 61131-3, 6.4.4.5: an index outside the range is an error."""
+    """An index outside of an array ends the scan, and the next scan runs.
+
+    Source: IEC 61131-3, 6.4.4.5.
+    """
     program = _program(
         tmp_path, "A : ARRAY [1..3] OF INT; K : INT := 4; N : INT;", "N := N + 1; A[K] := 1;"
     )

@@ -1,4 +1,7 @@
-"""STruC++ is searched for and its messages are read, tested with stand-ins."""
+"""The installation of STruC++ is found and its messages are read.
+
+The tests use stand-in scripts.
+"""
 
 from __future__ import annotations
 
@@ -19,7 +22,7 @@ def _executable(path: Path, body: str = "exit 0") -> Path:
 
 
 def _rest(folder: Path, headers: str) -> tuple[Path, Path]:
-    """Create the standard blocks and headers of an installation."""
+    """Create the files of an installation besides the compiler: standard blocks and headers."""
     blocks, include = folder / "libs" / "iec-standard-fb.stlib", folder / headers
     for path in (blocks, include / "iec_std_lib.hpp"):
         path.parent.mkdir(parents=True, exist_ok=True)
@@ -113,7 +116,7 @@ def test_a_refusal_of_strucpp_has_the_users_line(
     place: tuple[str, int | None, int | None],
     message: str,
 ) -> None:
-    """The faulty text in the third line begins after 37 characters.
+    """A message of STruC++ is reported with the line in the user's file.
 
     Source: docs/CLI.md of STruC++, Error Output.
     """

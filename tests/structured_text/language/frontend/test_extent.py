@@ -13,7 +13,7 @@ Errors = Callable[[str], list[InputError]]
 
 
 def _chain(kind: str, levels: int) -> str:
-    """Return types or blocks, each with four instances of the previous one."""
+    """Return declarations of types or blocks. Each contains four instances of the previous one."""
     made = {
         "struct": "TYPE T{}: STRUCT {} END_STRUCT; END_TYPE\n",
         "block": "FUNCTION_BLOCK T{} VAR {} END_VAR END_FUNCTION_BLOCK\n",
@@ -24,7 +24,7 @@ def _chain(kind: str, levels: int) -> str:
 
 
 def test_structures_of_structures_are_counted_without_being_made(mistakes_of: Errors) -> None:
-    """n(0) = 2 and n(k) = 4 n(k-1) + 1 give 2,446,677 elements at k = 10 and 9,786,709 at k = 11.
+    """Elements are counted without creating them: T10 has 2,446,677 and T11 has 9,786,709.
 
     Source: docs/reference/limits.md, programs.
     """
@@ -48,7 +48,10 @@ def test_blocks_in_blocks_are_counted_without_being_made(mistakes_of: Errors) ->
 
 
 def test_arrays_of_arrays_are_counted_from_the_inside(mistakes_of: Errors) -> None:
-    """Source: limits.md, programs: 2^22 - 1 elements and arrays at the 21st level."""
+    """Nested arrays are refused by their number of elements or by their depth.
+
+    Source: limits.md, programs: 2^22 - 1 elements and arrays at the 21st level.
+    """
     nested = "ARRAY[0..1] OF " * 40
     (error,) = mistakes_of(f"PROGRAM Own VAR a: {nested}INT; END_VAR END_PROGRAM")
     assert error.message.startswith("this array has 4,194,303 elements, and a program has at most")
@@ -96,7 +99,7 @@ def small(monkeypatch: pytest.MonkeyPatch) -> None:
     ],
 )  # fmt: skip
 def test_all_variables_together_have_one_limit(mistakes_of: Errors, text: str, told: str) -> None:
-    """Types, initial values, instances, globals and variables of functions count together.
+    """Types, initial values, instances, globals and variables of functions are added up.
 
     Source: docs/reference/limits.md, programs.
     """
@@ -104,8 +107,13 @@ def test_all_variables_together_have_one_limit(mistakes_of: Errors, text: str, t
     assert told in error.message
 
 
-def test_words_have_a_limit(mistakes_of: Errors, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Source: docs/reference/limits.md, programs."""
+def test_the_number_of_words_in_a_source_is_limited(
+    mistakes_of: Errors, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A source with more words, numbers and signs than the limit is refused.
+
+    Source: docs/reference/limits.md, programs.
+    """
     monkeypatch.setattr(parser, "MOST_TOKENS", 13)
     text = "PROGRAM Own VAR x: INT; END_VAR x := 1;{} END_PROGRAM"
     assert mistakes_of(text.format("")) == []
@@ -117,7 +125,10 @@ def test_words_have_a_limit(mistakes_of: Errors, monkeypatch: pytest.MonkeyPatch
 def test_mistakes_are_listed_up_to_the_limit(
     mistakes_of: Errors, mistake: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Source: docs/reference/limits.md, programs."""
+    """Errors beyond the limit are not listed; a last message says so.
+
+    Source: docs/reference/limits.md, programs.
+    """
     for module in (load, recovery):
         monkeypatch.setattr(module, "MOST_MISTAKES", 20)
     found = mistakes_of(f"PROGRAM Own\n{mistake * 30}END_PROGRAM\n")
@@ -139,7 +150,7 @@ def test_constants_that_use_each_other_are_worked_out_once(mistakes_of: Errors) 
     assert "more than 100 constants and types that use each other in a row" in found[0].message
 
 
-def test_a_name_has_an_end(mistakes_of: Errors) -> None:
+def test_a_very_long_name_is_cut_in_the_message(mistakes_of: Errors) -> None:
     """A long name is cut in the message.
 
     Source: docs/reference/limits.md, programs.
@@ -149,7 +160,9 @@ def test_a_name_has_an_end(mistakes_of: Errors) -> None:
 
 
 def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) -> None:
-    """If each comment searched the rest of the file for its end, reading would take hours.
+    """The reader searches the rest of the file only once.
+
+    A search for each comment would take hours.
 
     Source: docs/reference/limits.md.
     """
@@ -158,7 +171,10 @@ def test_comments_that_are_never_closed_are_looked_at_once(mistakes_of: Errors) 
 
 
 def test_comments_behind_names_in_a_case_are_looked_at_once(mistakes_of: Errors) -> None:
-    """Source: docs/reference/limits.md."""
+    """Many comments after names in a CASE do not make the parser slow.
+
+    Source: docs/reference/limits.md.
+    """
     rows = "y (* *) (* *)\n" * 60
     found = mistakes_of(
         f"PROGRAM Own VAR x, y: INT; END_VAR CASE x OF 1: y := 1;\n{rows}END_CASE; END_PROGRAM"

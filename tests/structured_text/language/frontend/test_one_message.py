@@ -1,6 +1,6 @@
 """Each mistake gives one message, at the place that the user must change.
 
-Lines and columns are counted by hand. The remedies use the words of IEC 61131-3.
+Lines and columns are counted by hand. The remedies use the terms of IEC 61131-3.
 """
 
 from __future__ import annotations
@@ -17,9 +17,9 @@ Errors = Callable[..., list[InputError]]
 
 _IF = "the IF of this line has no END_IF"
 
-#: Statements from line 3 on, with the message: its line and column, its text, and its hint.
+#: Cases: statements from line 3 on; line, column and text of the message; its hint.
 _STATEMENTS = [
-    # The end of a group is missing.
+    # The end of a statement such as IF or FOR is missing.
     ("IF B THEN\n I := 1;", 3, 1, _IF, "write END_IF before the END_PROGRAM of line 5"),
     ("IF B THEN\n I := 1;\nIF B THEN\n I := 2;\nEND_IF;", 3, 1, _IF,
      "write END_IF before the END_PROGRAM of line 8"),
@@ -33,7 +33,7 @@ _STATEMENTS = [
     # ELSE IF.
     ("IF B THEN\n I := 1;\nELSE IF I = 2 THEN\n I := 3;\nEND_IF;", 5, 1,
      "ELSE IF opens a second IF, so the IF of line 3 has no END_IF", "write ELSIF"),
-    # A group has the end of another kind, or a word of another language.
+    # A statement has the end of another statement, or a word of another language.
     ("IF B THEN\n I := 1;\nEND_WHILE;", 5, 1, "END_WHILE does not end the IF of line 3",
      "write END_IF"),
     ("IF B THEN\n I := 1;\nELSEIF I = 2 THEN\n I := 2;\nEND_IF;", 5, 1,
@@ -96,7 +96,7 @@ _STATEMENTS = [
 def test_a_mistake_in_a_body_is_one_message(
     body: str, line: int, column: int, message: str, hint: str, mistakes_of: Errors
 ) -> None:
-    """Source: by hand."""
+    """An error in statements gives one message with line, column and remedy."""
     source = f"PROGRAM P1\nVAR I : INT; B : BOOL; END_VAR\n{body}\nEND_PROGRAM\n"
     (error,) = mistakes_of(source)
     assert (error.line, error.column) == (line, column)
@@ -130,9 +130,9 @@ def test_a_mistake_in_a_body_is_one_message(
 def test_a_mistake_in_a_declaration_is_one_message(
     source: str, line: int, message: str, hint: str, mistakes_of: Errors
 ) -> None:
-    """Each name that is a keyword has its message.
+    """An error in a declaration gives one message with line, column and remedy.
 
-    Source: by hand.
+    Each keyword that is used as a name has its own message.
     """
     first, *others = mistakes_of(source)
     assert (first.line, first.message, first.hint) == (line, message, hint)
@@ -140,10 +140,7 @@ def test_a_mistake_in_a_declaration_is_one_message(
 
 
 def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
-    """The FOR and the IF without an end are reported, and the next POU is read.
-
-    Source: by hand.
-    """
+    """A FOR and an IF without an end are reported, and the next POU is still checked."""
     source = (
         "FUNCTION_BLOCK B1\nVAR I : INT; END_VAR\nFOR I := 1 TO 3 DO\nIF I = 1 THEN\nI := 2;\n"
         "END_FUNCTION_BLOCK\nPROGRAM P1\nVAR A : B1; I : INT; END_VAR\nI := Nothing;\nEND_PROGRAM\n"
@@ -169,10 +166,7 @@ def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
 def test_a_declaration_without_its_end_is_named(
     source: str, line: int, message: str, mistakes_of: Errors
 ) -> None:
-    """The next program is read.
-
-    Source: by hand.
-    """
+    """The missing end is reported, and the next program is still checked."""
     rest = "PROGRAM P1\nVAR A : INT; END_VAR\nA := Nothing;\nEND_PROGRAM\n"
     first, second = mistakes_of(source + rest)
     assert (first.line, first.message) == (line, message)
@@ -190,7 +184,7 @@ def test_a_declaration_without_its_end_is_named(
 def test_a_section_without_its_end_is_named(
     section: str, line: int, message: str, before: str, mistakes_of: Errors
 ) -> None:
-    """Source: by hand."""
+    """A section without END_VAR is reported by its keyword, with the place for END_VAR."""
     (error,) = mistakes_of(f"FUNCTION_BLOCK B1\n{section}\nEND_FUNCTION_BLOCK\n")
     assert (error.line, error.message) == (line, f"{message} has no END_VAR")
     assert error.hint == f"write END_VAR before the {before}"
@@ -212,7 +206,10 @@ def test_a_section_without_its_end_is_named(
 def test_a_source_in_scl_is_recognised(
     source: str, said: str, name: str, mistakes_of: Errors
 ) -> None:
-    """Source: TIA Portal's external sources; the endings are those that are read as SCL."""
+    """An SCL source with the ending .st is refused with the name that the file needs.
+
+    Source: TIA Portal's external sources; the endings are those that are read as SCL.
+    """
     (error,) = mistakes_of(source)
     assert error.line == 1
     assert said in error.message
@@ -223,8 +220,11 @@ def test_a_source_in_scl_is_recognised(
     "body",
     ["DATA_BLOCK := 1;", "ENDIF := 2;", "I := ENDIF + ELSEIF;", "ELSEIF := DATA_BLOCK;"],
 )
-def test_such_words_may_be_names(body: str, mistakes_of: Errors) -> None:
-    """Source: IEC 61131-3: they are no keywords."""
+def test_words_that_are_not_keywords_may_be_names(body: str, mistakes_of: Errors) -> None:
+    """Words such as ENDIF and DATA_BLOCK may be names of variables.
+
+    Source: IEC 61131-3: they are no keywords.
+    """
     names = "DATA_BLOCK, ENDIF, ELSEIF, I : INT;"
     assert mistakes_of(f"PROGRAM P1\nVAR {names} END_VAR\n{body}\nEND_PROGRAM\n") == []
 
@@ -238,7 +238,7 @@ def test_such_words_may_be_names(body: str, mistakes_of: Errors) -> None:
 def test_a_similar_name_is_proposed_for_an_unknown_type(
     name: str, hint: str, mistakes_of: Errors
 ) -> None:
-    """Source: by hand."""
+    """The message about an unknown type proposes a similar name."""
     (error,) = mistakes_of(
         "TYPE POSITION_T : STRUCT X : INT; END_STRUCT; END_TYPE\n"
         "FUNCTION_BLOCK FB_Pump VAR N : INT; END_VAR N := 1; END_FUNCTION_BLOCK\n"
@@ -248,13 +248,13 @@ def test_a_similar_name_is_proposed_for_an_unknown_type(
 
 
 def test_case_and_underscores_do_not_count_for_similar_names() -> None:
-    """Source: by hand."""
+    """Names that differ only in case and underscores are similar."""
     assert similar("FB_MOVE_PTP", ["FB_MovePtp", "FB_Jog"]) == ["FB_MovePtp"]
     assert similar("Axis", ["FB_MovePtp", "FB_Jog"]) == []
 
 
 def test_keywords_in_initial_values_are_values(tmp_path: Path) -> None:
-    """TRUE and FALSE in a list are not names, also behind a comma and in nested values."""
+    """In lists of initial values, TRUE and FALSE are values, also after a comma and nested."""
     file = tmp_path / "Lists.st"
     file.write_text(
         "TYPE Pair : STRUCT A, B : BOOL; C : ARRAY [0..2] OF BOOL; END_STRUCT; END_TYPE\n"

@@ -99,7 +99,10 @@ def test_walk_gives_parents_before_children_and_arrays_whole(project: Project) -
 
 
 def test_a_global_variable_may_stand_behind_the_name_of_its_list(tmp_path: Path) -> None:
-    """A list has the name of its file, as in CODESYS and TwinCAT."""
+    """A path may have the name of the list before a global variable.
+
+    A list has the name of its file.
+    """
     (tmp_path / "Plant.st").write_text("PROGRAM Plant\nVAR a : INT; END_VAR\na := 1;\nEND_PROGRAM")
     (tmp_path / "GVL.st").write_text(
         "VAR_GLOBAL\n  Limit : INT;\n  Grid : ARRAY [1..2] OF INT;\nEND_VAR"

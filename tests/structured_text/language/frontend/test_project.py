@@ -72,7 +72,7 @@ END_CONFIGURATION
 
 
 def test_tasks_run_by_priority_and_in_every_nth_tick(project_of: Load) -> None:
-    """The tick is 10 ms, because Third has no task. If Third had a task, it would be 20 ms."""
+    """The base tick is 10 ms, because the program Third has no task and runs every 10 ms."""
     project = project_of(_TASKS)
     assert list(project.instances) == ["First", "Second", "Third", "Fourth"]
     assert [(task.name, task.interval_us, task.priority) for task in project.tasks] == [
@@ -126,10 +126,13 @@ def test_located_variables_of_a_program_that_others_name_are_known(
     ("pragma", "bare"),
     [("qualified_only", False), ("linkalways", True), ("init_on_onlchange", True)],
 )
-def test_only_one_attribute_keeps_global_names_behind_that_of_their_list(
+def test_only_the_attribute_qualified_only_requires_the_name_of_the_list(
     pragma: str, bare: bool, mistakes_of: Callable[..., list[InputError]]
 ) -> None:
-    """Source: TwinCAT and CODESYS, attribute 'qualified_only'; the list is called as its file."""
+    """Only with the attribute 'qualified_only' is the list's name needed.
+
+    Source: TwinCAT and CODESYS, attribute 'qualified_only'; the list is called as its file.
+    """
     lists = f"{{attribute '{pragma}'}}\nVAR_GLOBAL Level : INT; END_VAR\n"
     program = "PROGRAM P1\n{0} := 1;\nEND_PROGRAM\n"
     assert mistakes_of(lists, program.format("source0.Level")) == []
@@ -137,7 +140,10 @@ def test_only_one_attribute_keeps_global_names_behind_that_of_their_list(
 
 
 def test_a_variable_goes_before_a_list_of_its_name(build: Build) -> None:
-    """The expression reads the property (+ 1), not the global variable of the same name."""
+    """A variable and a list of globals have the same name.
+
+    The expression reads the property of the variable (+ 1), not the global variable.
+    """
     program = build(
         "VAR_GLOBAL Level : INT; END_VAR\n",
         "FUNCTION_BLOCK Tank VAR N : INT; END_VAR\n"
@@ -150,7 +156,7 @@ def test_a_variable_goes_before_a_list_of_its_name(build: Build) -> None:
 
 
 def test_a_label_of_a_case_may_be_a_global_constant(build: Build) -> None:
-    """The label may have the constant's name with or without the name of its list."""
+    """A label of a CASE may be a global constant, with or without the name of its list."""
     program = build(
         "VAR_GLOBAL CONSTANT Full : INT := 3; END_VAR\n",
         "PROGRAM P1 VAR I : INT := 3; A, B : INT; END_VAR\n"

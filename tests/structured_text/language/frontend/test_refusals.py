@@ -291,7 +291,7 @@ def test_a_wrong_configuration_is_refused_with_its_line(
 
 
 def test_one_variable_under_two_names_is_refused(mistakes_of: Errors) -> None:
-    """Copying in and out and passing references would give different results here."""
+    """Engines that copy, and engines that pass references, would give different results."""
     block = (
         "TYPE Pair : STRUCT A : INT; B : INT; END_STRUCT; END_TYPE\n"
         "TYPE List1 : ARRAY [1..3] OF INT; END_TYPE\n"
@@ -344,8 +344,8 @@ def test_behind_a_mistake_the_rest_of_the_file_is_checked(
     assert [error.line for error in mistakes_of(source)] == lines
 
 
-def test_two_programs_are_only_a_mistake_of_their_own(mistakes_of: Errors) -> None:
-    """Two programs without a CONFIGURATION are one message, unless another error exists."""
+def test_two_programs_are_reported_only_if_there_is_no_other_error(mistakes_of: Errors) -> None:
+    """Two programs without a CONFIGURATION are reported only if there is no other error."""
     source = "PROGRAM P1\nVAR I : {0}; END_VAR\nEND_PROGRAM\nPROGRAM P2\nEND_PROGRAM\n"
     assert [
         "there is no type NONE1" in str(one) for one in mistakes_of(source.format("NONE1"))
@@ -377,7 +377,10 @@ def test_a_file_that_cannot_be_read_is_named(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("at", ["", "CONSTANT"])
 def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Errors) -> None:
-    """VAR_EXTERNAL of the program may add or omit CONSTANT. Other variables can be written."""
+    """VAR_EXTERNAL of a program may add or omit CONSTANT.
+
+    In both cases the constant cannot be written.
+    """
     source = _CONFIGURATION.replace("VAR_EXTERNAL", f"VAR_EXTERNAL {at}")
     constant = source.replace("VAR_GLOBAL Shared : INT;", "VAR_GLOBAL CONSTANT Shared : INT := 3;")
     for text, refused in ((source, bool(at)), (constant, True)):
@@ -387,7 +390,7 @@ def test_a_constant_of_a_configuration_stays_constant(at: str, mistakes_of: Erro
 
 
 def test_a_global_that_a_block_does_not_use_may_be_given(mistakes_of: Errors) -> None:
-    """If the block uses the global, the program may pass its own variable of the same name."""
+    """The program may pass its own variable with the name of a global that the block uses."""
     frame = (
         "FUNCTION_BLOCK Inner VAR_IN_OUT X : INT; END_VAR{uses}\nX := 2;\nEND_FUNCTION_BLOCK\n"
         "PROGRAM P1 {declares} VAR I1 : Inner; END_VAR\nI1(X := Shared);\nEND_PROGRAM\n"
@@ -423,6 +426,6 @@ def test_a_literal_has_at_most_200_letters(digits: int, refused: bool, mistakes_
 def test_a_mistake_has_the_column_where_it_begins(
     source: str, line: int, column: int, mistakes_of: Errors
 ) -> None:
-    """Columns are counted from 1."""
+    """The column of an error is that of its first character, counted from 1."""
     (error,) = mistakes_of(source)
     assert (error.line, error.column) == (line, column)

@@ -1,4 +1,4 @@
-"""Values from outside are checked, and never wrapped or cut."""
+"""Values that tests and tools write are checked, and are never wrapped or cut."""
 
 from __future__ import annotations
 

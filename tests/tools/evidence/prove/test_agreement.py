@@ -1,4 +1,7 @@
-"""A part of the comparison of the translation with the built-in engine, which can detect faults."""
+"""The solver's translation of the library is compared with the built-in engine, in part.
+
+The tests also check that the comparison detects faults.
+"""
 
 from __future__ import annotations
 
@@ -26,7 +29,7 @@ _PART = ("FC_RCXTICKETS", "FC_RCXREALBITS", "FB_SERVOON", "FB_RCXJOB", "FB_WRITE
 
 @pytest.fixture(scope="module")
 def library() -> Subject:
-    """Return the part of the library that the compared blocks need."""
+    """Return the part of plc/lib that the compared blocks need."""
     own = [file for file in _FILES if file.stem.upper() in _PART]
     return Subject.of([*needed(own, _FILES), *own])
 
@@ -39,7 +42,10 @@ def test_the_translation_of_a_block_agrees_with_the_engine(library: Subject, nam
 
 
 def test_every_pou_of_the_library_is_compared_in_100_000_scans() -> None:
-    """Each POU has at least 300 scans, and `make prove` adds more."""
+    """Every POU of the library is compared in at least 300 scans.
+
+    In total, these are at least 100,000 scans.
+    """
     pous = [file for file in _FILES if file.parent.name != "types"]
     assert min(SCANS, MATIEC_SCANS) >= 300
     assert SCANS * len(pous) >= 100_000
@@ -52,7 +58,7 @@ def test_the_same_seed_gives_the_same_scans(library: Subject) -> None:
 
 @pytest.fixture(scope="module")
 def bench() -> Subject:
-    """Return a few sources on matiec."""
+    """Return a comparison of a few sources with matiec."""
     if reason := missing():
         pytest.skip(reason)
     files = [
@@ -81,7 +87,7 @@ def _tried(tmp_path: Path, body: str, *, matiec: bool = False) -> Subject:
 
 
 def test_a_wrong_translation_is_found(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """The message has seed, scan, variable and both values."""
+    """A wrong translation is reported with seed, scan, variable and both values."""
     subject = _tried(tmp_path, "T(CLK := A > 3);")
     assert agree(subject, "FB_TRIED", 50).disagreement == ""
     monkeypatch.setattr(
@@ -106,10 +112,13 @@ def test_a_wrong_translation_is_found_on_matiec(
     assert told.endswith("B.T.Q is True, on the engine False")
 
 
-def test_a_fault_that_only_one_side_has_is_found(
+def test_a_fault_of_only_one_side_is_detected(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """Engine and translation stop in nearly every scan: only 4 of 65536 indices are legal."""
+    """A run-time fault that only one side has is reported.
+
+    Engine and translation stop in nearly every scan: only 4 of 65536 indices are legal.
+    """
     subject = _tried(tmp_path, "N[B] := A;")
     outcome = agree(subject, "FB_TRIED", 20)
     assert outcome.disagreement == ""
@@ -118,10 +127,10 @@ def test_a_fault_that_only_one_side_has_is_found(
     assert "goes on, the engine does not" in agree(subject, "FB_TRIED", 20).disagreement
 
 
-def test_a_comparison_that_cannot_be_made_is_no_agreement(
+def test_a_comparison_that_cannot_be_made_is_not_an_agreement(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """If every result is undetermined, nothing is compared."""
+    """A comparison in which every result is undetermined does not count as agreement."""
     subject = _tried(tmp_path, "R := A;")
 
     def opened(self: Machine, *_: object) -> None:
@@ -132,8 +141,11 @@ def test_a_comparison_that_cannot_be_made_is_no_agreement(
     assert told.endswith("only 0 of 5 scans could be compared")
 
 
-def test_the_report_says_in_words_what_was_compared_on_matiec() -> None:
-    """By hand, the figures are two blocks with 300 and 310 scans, and a function with 20."""
+def test_the_report_says_how_much_was_compared_on_matiec() -> None:
+    """The report says how much was compared on matiec.
+
+    The figures by hand: two blocks with 300 and 310 scans, and a function with 20.
+    """
     scans = {"A": (300, True), "B": (310, True), "C": (20, False)}
     rows = [
         {
@@ -154,10 +166,13 @@ def test_the_report_says_in_words_what_was_compared_on_matiec() -> None:
         assert told.endswith(") 630 scans, at least 300 of each block")
 
 
-def test_what_is_known_rests_on_the_compiler(
+def test_the_key_of_a_stored_result_depends_on_the_compiler(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The keys differ without matiec, with one version of it, and with another version."""
+    """The key of a stored result depends on the compiler.
+
+    It differs without matiec, with one version of matiec, and with another version.
+    """
     few = proving.library(tmp_path, "FC_RcxTickets")
     keys = set()
     for state in ("", "one", "other"):
@@ -167,7 +182,7 @@ def test_what_is_known_rests_on_the_compiler(
 
 
 def test_terms_are_evaluated_as_the_solver_does() -> None:
-    """The test tries every operation on random values and on limits."""
+    """Solver terms are evaluated as by the solver, at random values and at limits."""
     x, y = z3.BitVecs("x y", 16)
     f, g = z3.BitVecs("f g", 32)
     single = [z3.fpBVToFP(one, z3.Float32()) for one in (f, g)]
@@ -204,5 +219,5 @@ def test_terms_are_evaluated_as_the_solver_does() -> None:
         got = written.run([given[name] for name in written.inputs])
         for term, value in zip(terms, got, strict=True):
             expected = z3.simplify(z3.substitute(term, *pairs))
-            if z3.is_bv_value(expected):  # otherwise the result stays undetermined
+            if z3.is_bv_value(expected):  # otherwise the result is undetermined
                 assert value == expected.as_long(), (term, given)

@@ -1,4 +1,4 @@
-"""The contract of the blocks' pins is proved."""
+"""The rules of the pins (Execute, Busy, Done, Error, ...) are proved for blocks."""
 
 from __future__ import annotations
 

@@ -17,8 +17,10 @@ _PART = "FC_RCXMILLISECONDS"
 
 
 @pytest.mark.exhaustive
-def test_the_loops_lose_nothing(tmp_path: Path) -> None:
-    """The last goals, which take seconds, are left to `make prove`.
+def test_the_proof_covers_all_rounds_of_the_loops(tmp_path: Path) -> None:
+    """The proof with sums in place of loops covers all rounds of the loops.
+
+    The last goals take seconds and are left to `make prove`.
 
     Source: head of FC_RcxMilliseconds.
     """
@@ -40,8 +42,10 @@ def test_a_half_that_is_lost_is_not_proved(tmp_path: Path) -> None:
 
 @pytest.mark.exhaustive(but=["FC_RcxBitsReal"])
 @pytest.mark.parametrize("name", ["FC_RcxRealBits", "FC_RcxBitsReal"])
-def test_a_real_and_its_pattern_are_each_others(tmp_path: Path, name: str) -> None:
-    """The long property, about the second loop, is left to `make prove`.
+def test_a_real_and_its_bit_pattern_convert_to_each_other(tmp_path: Path, name: str) -> None:
+    """A REAL and its bit pattern convert to each other without a loss.
+
+    The long property, about the second loop, is left to `make prove`.
 
     Source: IEEE 754; heads of both.
     """

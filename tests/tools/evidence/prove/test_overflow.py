@@ -1,4 +1,4 @@
-"""No arithmetic of the library leaves its type, except in the cases of the table."""
+"""No arithmetic in the library overflows, except in the cases of wraps.toml."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The proofs' assumptions about a sine, and about the sign of a root's argument, hold."""
+"""The assumptions of the proofs are true: limits of a sine, and the sign of a root's argument."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""`make prove` repeats goals only if needed, writes files, and reports bad input."""
+"""`make prove` runs goals again only if needed, writes its files, and reports bad input."""
 
 from __future__ import annotations
 
@@ -72,7 +72,10 @@ _GOOD = (
 
 @pytest.fixture
 def library(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
-    """Return a library of two blocks and a function, with two properties and a bug for each."""
+    """Return a library of two blocks and a function.
+
+    It has two properties, and a seeded bug for each of them.
+    """
     folder = tmp_path / "lib"
     folder.mkdir()
     for name, text in (("FC_Clamp", _CLAMP), ("FB_A", _A), ("FB_B", _B)):
@@ -247,7 +250,7 @@ def test_a_name_that_is_none_gets_the_names_there_are(
 
 
 class _Deadly:
-    """An object that ends the process that receives it."""
+    """An object that ends the process that unpickles it."""
 
     def __reduce__(self) -> tuple[Any, tuple[int]]:
         return os._exit, (3,)

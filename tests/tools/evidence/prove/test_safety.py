@@ -1,4 +1,4 @@
-"""No index leaves its array and no conversion leaves its range, which is proved."""
+"""Proofs show that no index leaves its array and no conversion leaves its range."""
 
 from __future__ import annotations
 
@@ -18,19 +18,22 @@ pytestmark = pytest.mark.exhaustive
 
 
 @pytest.mark.parametrize("block", ["FB_RealTimeValue", "FB_WriteBit", "FB_SetInchingAmount"])
-def test_nothing_of_a_block_leaves_its_range(block: str, tmp_path: Path) -> None:
-    """The pins may have any values."""
+def test_no_index_or_conversion_of_a_block_leaves_its_range(block: str, tmp_path: Path) -> None:
+    """No index or conversion in a block leaves its range, for any values of the pins."""
     assert statuses(_SAFETY, library(tmp_path, block), block.upper()) == {"proved"}
 
 
-def test_a_number_is_converted_only_where_an_integer_can_hold_it(tmp_path: Path) -> None:
-    """The pin takes every REAL, including infinity and not-a-number."""
+def test_a_number_is_converted_only_if_an_integer_can_hold_it(tmp_path: Path) -> None:
+    """A REAL is converted only if an integer can hold it, even for infinity and not-a-number."""
     assert statuses(_SAFETY, library(tmp_path, "FB_MoveTPtp"), "FB_MOVETPTP") == {"proved"}
 
 
 @pytest.mark.parametrize("compared", [z3.fpLT, z3.fpLEQ, z3.fpGT, z3.fpGEQ])
-def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None:
-    """A comparison of half a number with 3.0 becomes a comparison of the number with 6.0."""
+def test_a_limit_of_a_scaled_number_becomes_a_limit_of_the_number(compared: Any) -> None:
+    """A limit of a scaled number is replaced by a limit of the number itself.
+
+    Half a number compared with 3.0 becomes the number compared with 6.0.
+    """
     pattern = z3.BitVec("pattern", 32)
     number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())
     half = z3.fpMul(z3.RNE(), number, z3.FPVal(0.5, z3.Float64()))
@@ -39,7 +42,7 @@ def test_a_limit_of_what_was_scaled_is_one_of_the_pattern(compared: Any) -> None
     assert ask((), found == compared(number, z3.FPVal(6.0, z3.Float64())), 20.0).status == "proved"
 
 
-def test_a_limit_that_is_no_literal_stays() -> None:
+def test_a_limit_that_is_not_a_literal_is_kept() -> None:
     """A comparison with an unknown limit is not replaced."""
     pattern, limit = z3.BitVec("pattern", 32), z3.FP("limit", z3.Float64())
     number = z3.fpFPToFP(z3.RNE(), z3.fpBVToFP(pattern, z3.Float32()), z3.Float64())

@@ -160,10 +160,13 @@ def test_every_seeded_bug_can_be_put_in_and_names_properties() -> None:
     assert rows
 
 
-def test_of_other_properties_the_parts_of_the_file_and_the_short_ones_are_asked(
+def test_of_other_properties_only_parts_of_the_file_and_short_goals_are_run(
     library: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    """The choice does not depend on measured time, so it is the same on every machine."""
+    """Of other properties, only the parts of the changed file and the short goals are run.
+
+    The choice does not depend on measured time, so it is the same on every machine.
+    """
     calls = _A.replace("END_VAR\n  y := x;", "END_VAR\n  VAR a : FB_A; END_VAR\n  a(x := x);")
     for name, more in (("FB_C", 40), ("FB_D", 4), ("FB_E", 4)):
         text = calls.replace("BLOCK FB_A", f"BLOCK {name}").replace(

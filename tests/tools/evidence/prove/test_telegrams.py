@@ -1,4 +1,4 @@
-"""The telegrams are proved legal: the second reading, a small part, and bugs that are detected."""
+"""The proofs that telegrams are legal use the second reading, and detect seeded bugs."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _BUGS = {
 
 @cache
 def _examples() -> Mapping[int, tuple[dict[str, Any], list[int]]]:
-    """Return the values in the prose of each worked example, and the 16 words as meant."""
+    """Return the values in the text of each worked example, and its 16 words, without misprints."""
     found = {}
     for one in load_toml(ROOT / "tests/data/worked_examples.toml")["example"]:
         words = [int(word, 16) for word in one.get("meant_command", one["command"]).split()]
@@ -56,10 +56,10 @@ def test_each_worked_example_is_legal() -> None:
 
 
 @pytest.mark.exhaustive
-def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says_so() -> None:
-    """In each example, one bit is changed so that the telegram becomes illegal.
+def test_proof_and_second_reading_agree_on_a_changed_bit_of_an_example() -> None:
+    """If a bit of an example is changed, proof and second reading agree whether it is legal.
 
-    Another bit is changed so that the telegram stays legal, if there is such a bit.
+    One bit makes the telegram illegal. Another bit, if there is one, keeps it legal.
 
     Source: remote command guide 4.2.1 to 4.9.3, the tables of the commands.
     """
@@ -112,7 +112,9 @@ def test_a_bit_more_or_less_in_an_example_is_legal_where_the_second_reading_says
 def test_a_value_beyond_its_limits_is_illegal(
     number: int, words: dict[int, int], good: bool
 ) -> None:
-    """The telegram is that of a worked example, with other words n+2 to n+30.
+    """A telegram with a value beyond its limits is illegal.
+
+    The telegram is one of the worked examples, with other words n+2 to n+30.
 
     Source: remote command guide 4.2.1, 4.2.14, 4.2.23, 4.3.2, 4.3.3, 4.4.1, 4.4.2, 4.5.1, 4.6.3.
     """
@@ -123,8 +125,10 @@ def test_a_value_beyond_its_limits_is_illegal(
 
 
 @pytest.mark.parametrize("number", [1, 29, 42, 67, 94])
-def test_a_robot_that_there_is_not_is_illegal(number: int) -> None:
-    """Robots 1 to 4 exist if the section has a robot designation, and none otherwise.
+def test_a_robot_that_does_not_exist_is_illegal(number: int) -> None:
+    """A telegram for a robot that does not exist is illegal.
+
+    Robots 1 to 4 exist if the section has a robot designation, otherwise none.
 
     Source: remote command guide 1.1, and the tables of 4.2.1, 4.2.12, 4.2.23, 4.5.1 and 4.8.1.
     """
@@ -137,7 +141,7 @@ def test_a_robot_that_there_is_not_is_illegal(number: int) -> None:
 
 @dataclass(frozen=True)
 class _Known:
-    """A call whose pins have known values."""
+    """A call of a block whose pins have known values."""
 
     reading: Pins
     given: Mapping[str, Value]
@@ -166,7 +170,7 @@ class _Known:
 
 
 @pytest.mark.parametrize("number", [*range(1, 101)])
-def test_the_pins_of_an_example_say_its_words(number: int) -> None:
+def test_the_pins_of_an_example_give_its_words(number: int) -> None:
     """Source: remote command guide 4.2.1 to 4.9.3, the worked examples."""
     name, more = EXAMPLE_BLOCKS[number]
     given, words = _examples()[number]
@@ -204,7 +208,7 @@ def _library(folder: Path, block: str, bug: str = "") -> Library:
 
 
 def _not_proved(library: Library, block: str) -> dict[str, list[str]]:
-    """Return those goals of each property that are not proved."""
+    """Return for each property the goals that are not proved."""
     return {
         item.name: [
             goal.name
@@ -216,7 +220,7 @@ def _not_proved(library: Library, block: str) -> dict[str, list[str]]:
 
 
 @pytest.mark.exhaustive
-def test_the_telegrams_of_a_block_are_legal_and_what_the_pins_say(tmp_path: Path) -> None:
+def test_the_telegrams_of_a_block_are_legal_and_agree_with_the_pins(tmp_path: Path) -> None:
     """Source: remote command guide 4.4.4."""
     block = "FB_AssignPointElementMm"
     assert not any(_not_proved(_library(tmp_path, block), block).values())

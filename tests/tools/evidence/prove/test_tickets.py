@@ -1,4 +1,4 @@
-"""The turns are proved for small parts, but not for sources with a seeded bug."""
+"""The order of blocks on a channel is proved; with a seeded bug, the proof fails."""
 
 from __future__ import annotations
 
@@ -20,8 +20,8 @@ pytestmark = pytest.mark.exhaustive
 _LIB = ROOT / "plc/lib"
 _BUGS = ROOT / "tests/tools/evidence/proof_bugs/tickets.toml"
 _BLOCKS = ("FB_RcxJob", "FB_RcxMakeHead", "FB_RcxTakeHead", "FB_RemoteCommand", "FB_ServoOn")
-#: A property, a quick part of it (less than a second), words of its goals, and a bug that breaks
-#: it.
+#: A property, a part of it that takes less than a second, words of its goals, and a seeded bug that
+#: breaks it.
 _PARTS = (
     ("turn-hands", "", "", "sequence-in-the-turn-of-the-commands"),
     ("turn-once", "SEQUENCE FB_RCXJOB", "no block was called", "ticket-passed-on-unseen"),
@@ -58,7 +58,7 @@ def _answers(library: Library, name: str, part: str, of: str) -> set[str]:
 
 @pytest.mark.exhaustive(but=[row[0] for row in _PARTS[:2]])
 @pytest.mark.parametrize(("name", "part", "of", "bug"), _PARTS, ids=[row[0] for row in _PARTS])
-def test_the_turns_are_proved_and_not_with_a_seeded_bug(
+def test_the_turns_are_proved_except_with_a_seeded_bug(
     tmp_path: Path, name: str, part: str, of: str, bug: str
 ) -> None:
     """Source: docs/explanation/scan-model.md, two turns."""
@@ -67,15 +67,15 @@ def test_the_turns_are_proved_and_not_with_a_seeded_bug(
 
 
 @pytest.mark.exhaustive
-def test_a_command_whose_block_has_gone_comes_to_its_end(tmp_path: Path) -> None:
+def test_a_command_ends_although_its_block_is_no_longer_called(tmp_path: Path) -> None:
     """Source: guide chapter 2, command is held until 16#0200 or 16#4000."""
     assert _answers(_library(tmp_path), "turn-free", "COMMAND ORPHAN", "") == {PROVED}
 
 
-def test_the_states_that_the_proofs_speak_of_exist(tmp_path: Path) -> None:
-    """Two blocks wait, and one of them is called.
+def test_the_states_that_the_proofs_assume_exist(tmp_path: Path) -> None:
+    """The states that the proofs assume exist, so the proofs are not empty.
 
-    Without such states the proofs would be empty.
+    Example: two blocks wait, and one of them is called.
     """
     step = turns.call(_library(tmp_path), "COMMAND", 2)
     wait = [z3.And(job.lives(step.after.channel), job.waits) for job in step.after.jobs]

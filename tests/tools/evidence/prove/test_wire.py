@@ -37,7 +37,7 @@ _CASES = [
 
 
 def _copy(folder: Path) -> Path:
-    """Copy the part of plc/lib that the cases need, which is faster to read than all of it."""
+    """Copy the part of plc/lib that the cases need, because it is faster to read."""
     shutil.copytree(_LIBRARY / "types", folder / "types")
     own = [*(_LIBRARY / "area").glob("*.st")]
     own += [_LIBRARY / file for file in (*_SEQUENCES, "command/FB_RemoteCommand.st")]
@@ -55,9 +55,9 @@ def library(tmp_path_factory: pytest.TempPathFactory) -> Library:
 
 @pytest.fixture(scope="module")
 def broken(tmp_path_factory: pytest.TempPathFactory) -> Library:
-    """Return a copy of plc/lib with the bugs of all cases.
+    """Return a copy of plc/lib with the seeded bugs of all cases.
 
-    Each bug breaks a property of its own.
+    Each bug breaks another property.
     """
     folder = _copy(tmp_path_factory.mktemp("broken"))
     wanted = {name for _, _, name in _CASES}
@@ -70,7 +70,7 @@ def broken(tmp_path_factory: pytest.TempPathFactory) -> Library:
 
 
 def _statuses(library: Library, name: str, part: str) -> Iterator[str]:
-    """Return the status of each goal of a part.
+    """Return the status (proved or not) of each goal of a part.
 
     Slow goals, with running timers, are left to `make prove`.
     """

@@ -61,7 +61,7 @@ def arithmetic(ask: Asker) -> None:
     does=_DOES,
 )
 def points(ask: Asker) -> None:
-    """How does it treat points with different units, and several elements at a time?"""
+    """How does the controller treat points with different units, and several elements at a time?"""
     _point(ask, _POINT, 100, 200, 300)
     _point(ask, _POINT + 1, 10, 20, 30, unit=1)
     answer = ask.command("AssignPointElementPulses", point=_POINT, data_number=3, value=7)

@@ -88,7 +88,7 @@ def unasked_positions(ask: Asker) -> None:
         ask.command("SetManualSpeed", 1, speed=speed)
         ask.command("SetInchingAmount", 1, amount=amount)
     ask.needs(all(one.status == NORMAL_END for one in answers), "the inching ended in an alarm")
-    zero = not any(answers[0].words[4:])  # after ten pulses at least one axis is not at 0
+    zero = not any(answers[0].words[4:])  # after an inching at least one axis is not at 0
     text = f"m+8 to m+30 {'are 0' if zero else 'have positions'}"
     ask.knob("unasked_positions_zero", zero, text=text)
 

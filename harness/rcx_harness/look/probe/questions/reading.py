@@ -1,4 +1,4 @@
-"""Reading only: references, with all dedicated inputs OFF."""
+"""Questions that only read: they send references, with all dedicated inputs OFF."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _NAME_END = next(
 
 
 def _alarm_of(ask: Asker, knob: str, answer: Answer, what: str) -> None:
-    """Report the alarm of a refused request; raise SkipError if there is no alarm."""
+    """Report the alarm of a refused request. If there is no alarm, raise SkipError."""
     ask.needs(bool(answer.alarm), f"{what} did not end in an alarm")
     ask.knob(knob, answer.alarm, text=f"{what} ended in alarm {answer.alarm}")
 
@@ -87,7 +87,7 @@ def undefined_point(ask: Asker) -> None:
 
 @reading({"undefined-data": ("undefined_data_alarm",), "comment-end": ("comment_filler",)})
 def undefined_data(ask: Asker) -> None:
-    """How does it answer for comments, shifts and hands that were never defined?"""
+    """How does the controller answer for comments, shifts and hands that were never defined?"""
     answer = ask.command("ReadPointComment", point=29_998)
     if answer.status == NORMAL_END:
         ask.needs(answer.fields["comment"].strip("\0 ") == "", "point 29998 has a comment")

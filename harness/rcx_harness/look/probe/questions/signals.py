@@ -1,4 +1,4 @@
-"""Dedicated inputs, with the servos off."""
+"""Questions about dedicated inputs. The servos stay off."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ _SOON_US, _LATE_US = 60_000, 500_000
 
 
 def _alarmed(ask: Asker) -> None:
-    """Switch SI(00) ON, with the alarm of an emergency stop that waits for its reset."""
+    """Switch SI(00) ON, and leave the alarm of the emergency stop active."""
     ask.turn("SI00", True)
     ask.needs(ask.until(lambda: not ask.on("SO00")) is not None, "SO(00) did not turn OFF")
     ask.turn("SI00", False)

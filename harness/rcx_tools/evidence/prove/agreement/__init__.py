@@ -1,1 +1,1 @@
-"""Comparison of the translation for the solver with the engines, on random scans."""
+"""Check of the translation for the solver: it is compared with the engines on random scans."""

@@ -1,4 +1,4 @@
-"""The compared sources, and the PROGRAM that calls each POU on an engine."""
+"""The sources that are compared, and a PROGRAM that calls each of their POUs on an engine."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ END_PROGRAM
 
 
 def missing() -> str:
-    """Return why matiec cannot be used for the comparison; empty if it can.
+    """Return the reason why matiec cannot be used. Empty if it can be used.
 
     Raises:
         InputError: `RCX_MATIEC` or an `iec2c` on `PATH` does not lead to a complete matiec.
@@ -49,7 +49,7 @@ class Engine(Protocol):
 
     Attributes:
         step: Resolution of the engine's clock [ns].
-        checks: Whether the engine stops the program at a fault.
+        checks: Whether the engine stops the program at a fault, such as a division by zero.
     """
 
     step: int
@@ -60,19 +60,22 @@ class Engine(Protocol):
     ) -> None: ...
 
     def read(self) -> list[Any]:
-        """Return the values of the leaves in the representation of `evaluate`."""
+        """Return the values of scalars and arrays in the representation of `evaluate`."""
 
     def write(self, place: int, value: Any) -> None:
-        """Set a leaf; ignore a leaf that cannot be set."""
+        """Set a scalar or an array. If it cannot be set, do nothing."""
 
     def reset(self) -> None:
-        """Restore the initial state."""
+        """Restore the initial state of the POU."""
 
     def call(self, now: int) -> bool:
-        """Call the POU; return False if a fault has stopped it."""
+        """Call the POU. Return False if a fault has stopped it."""
 
     def follow(self, after: Sequence[Any]) -> None:
-        """Take the values of leaves that cannot be read from the translation's values `after`."""
+        """If a variable cannot be read from the engine, take its value from `after`.
+
+        `after` has the values that the translation has computed.
+        """
 
 
 @dataclass(frozen=True)
@@ -104,7 +107,7 @@ class Subject:
 
     @classmethod
     def of(cls, files: Sequence[File], *, matiec: bool = False) -> Subject:
-        """Build the subject from these files; `matiec` is allowed only if `missing` returns ""."""
+        """Build the subject from source files. With `matiec`, `missing` must have returned ""."""
         pous = list(checked(files).pous.values())
         numbers = {pou.name.upper(): number for number, pou in enumerate(pous, 1)}
         kinds = {s.type.name.upper() for pou in pous for s in pou.section("VAR_IN_OUT")}
@@ -130,7 +133,7 @@ class Subject:
 
 
 def _declared(pou: t.Pou, number: int) -> Iterator[str]:
-    """Yield the declarations: an instance of a block, or arguments and result of a function."""
+    """Yield the declarations for a POU: a block instance, or arguments and result of a function."""
     if pou.kind != "FUNCTION":
         yield f"B{number} : {pou.name};"
         return

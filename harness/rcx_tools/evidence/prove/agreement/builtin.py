@@ -68,7 +68,7 @@ class BuiltinEngine:
         self._initial = [] if self._function else [eval(_kept(code), scope) for code in codes]
 
     def _place(self, path: Path, kind: Type) -> str:
-        """Return the Python expression for a leaf in the engine's memory."""
+        """Return the Python expression for a scalar or an array in the engine's memory."""
         if self._function:
             return f"B[{path[1]!r}]"
         if len(path) == 1 and is_scalar(kind):
@@ -78,16 +78,16 @@ class BuiltinEngine:
         )
 
     def write(self, place: int, value: Any) -> None:
-        """Set a leaf."""
+        """Set a scalar or an array."""
         self._write[place](value)
 
     def reset(self) -> None:
-        """Restore the initial state."""
+        """Restore the initial state of the POU."""
         for place, value in enumerate(self._initial):
             self._write[place](value)
 
     def call(self, now: int) -> bool:
-        """Call the POU; return False if a fault has stopped it."""
+        """Call the POU. Return False if a fault has stopped it."""
         self._globals.now = now
         try:
             if self._function:
@@ -100,14 +100,14 @@ class BuiltinEngine:
         return True
 
     def _call_block(self) -> None:
-        """Call the block; pass scalar VAR_IN_OUTs by value and write them back from the result."""
+        """Call the block. Scalar VAR_IN_OUTs are passed by value and written back afterwards."""
         scalars = self._roots["SCALARS"].__dict__
         in_outs = [scalars.get(name, self._roots.get(name)) for name in self._in_outs]
         back = self._body(self._roots["B"], *in_outs)
         scalars.update(zip(scalars, back if len(scalars) > 1 else (back,), strict=False))
 
     def follow(self, after: Sequence[Any]) -> None:
-        """Do nothing: every leaf can be read from the engine."""
+        """Do nothing, because every variable can be read from this engine."""
 
 
 def _setter(slot: str, scope: dict[str, Any]) -> Callable[[Any], None]:

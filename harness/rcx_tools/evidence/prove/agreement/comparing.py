@@ -1,6 +1,6 @@
 """Comparison of a block or function with an engine, from one random state to the next.
 
-A block is translated once, from an arbitrary state. Its terms are then evaluated for random states
+A block is translated once, from an arbitrary state. The terms are then evaluated for random states
 and pins, in several consecutive calls of an instance. After each call, the variables or the fault
 are compared with the result of the engine for the same state. Functions with long loops
 (`SUMMARIES`) are translated separately for each value. On matiec a scan is skipped if the
@@ -43,14 +43,14 @@ __all__ = ["ENGINES", "MATIEC_SCANS", "SCANS", "Outcome", "agree", "agreed"]
 SCANS = 600
 #: Number of random scans of every block and function on matiec.
 MATIEC_SCANS = 300
-#: The engines by name.
+#: Maps the name of an engine to its class.
 ENGINES: dict[str, type[Engine]] = {"builtin": BuiltinEngine, "matiec": MatiecEngine}
 #: Largest number of consecutive calls of an instance.
 _RUN = 8
-#: Number of scans of each block whose start state is already known at translation.
+#: Number of scans of each block that are translated from a known state.
 _KNOWN = 3
-#: Blocks with a loop whose length depends on their pins, and callers of such blocks. They are
-#: translated separately for each state.
+#: Blocks with a loop whose length depends on their pins, and callers of such blocks. These POUs are
+#: translated again for each state.
 _LOOPING = ("FB_RCXFIRSTROW", "FB_MOVETABLE")
 _B: Path = ("B",)
 
@@ -62,9 +62,9 @@ class Outcome:
     Attributes:
         pou: Name of the POU.
         scans: Scans that were compared, including `faults`.
-        faults: Compared scans that stopped the program on both sides.
-        known: Compared scans whose start state was already known at translation.
-        open: Further scans that were not compared, because the engines leave the result open.
+        faults: Compared scans in which engine and translation stopped at the same fault.
+        known: Compared scans that were translated from a known state.
+        open: Scans that were not compared, because the result may differ between engines.
         seconds: Processor time [s].
         disagreement: The first disagreement; empty if there is none.
     """
@@ -92,7 +92,7 @@ def _leaves(machine: Machine, pou: t.Pou) -> list[tuple[Path, Type]]:
 
 
 def _call(machine: Machine, pou: t.Pou) -> None:
-    """Call the POU with the present memory of the machine."""
+    """Run a call of the POU on the machine."""
     if pou.kind == "FUNCTION":
         assert pou.result is not None
         inputs = [machine["B", symbol.name.upper()] for symbol in pou.section("VAR_INPUT")]
@@ -128,7 +128,7 @@ def _from_known(
     given: Sequence[Any],
     now: int,
 ) -> Translation:
-    """Translate a POU from a state that is known at translation."""
+    """Translate a POU from a known state."""
     stand_ins = {} if pou.kind == "FUNCTION" else symbols(subject)
     machine = Machine(subject.project, stand_ins)
     machine.now = now
@@ -139,7 +139,7 @@ def _from_known(
 
 
 class _Comparison:
-    """A POU on the engine and in the translation, which run from one random state to the next."""
+    """The comparison of a POU: engine and translation run from the same random states."""
 
     def __init__(
         self, subject: Subject, pou: t.Pou, seed: int, engine: str, term: Translation | None
@@ -174,7 +174,7 @@ class _Comparison:
         self._draw(1.0, states.random.choice((0.0, 0.1, 0.5, 1.0)))
 
     def run(self, scans: int) -> None:
-        """Compare this number of scans; stop at the first disagreement."""
+        """Compare a number of scans. Stop at the first disagreement."""
         left = 0
         while self.scans < scans and not self.problem and self.open < scans:
             if left == 0:
@@ -190,7 +190,7 @@ class _Comparison:
             self.problem = f"only {self.scans} of {scans} scans could be compared"
 
     def _scan(self) -> bool:
-        """Compare one scan; return whether the instance can continue."""
+        """Compare one scan. Return whether the instance can be called again."""
         translation = self._translation
         now = self._states.now // self._engine.step * self._engine.step
         before = self._engine.read()
@@ -240,7 +240,7 @@ class _Comparison:
 
 
 def _python(kind: Type, raw: Any) -> Any:
-    """Convert a leaf from the representation of `shown` to a Python value of the engine."""
+    """Convert a value from the representation of `shown` to a Python value of the engine."""
     if isinstance(kind, ArrayType):
         return [held(kind.element, raw[place]) for place in range(len(raw) - 1)]
     if kind == LREAL:
@@ -257,14 +257,14 @@ def _told(path: Path) -> str:
 def agree(
     subject: Subject, name: str, scans: int = SCANS, seed: int = 1, engine: str = "builtin"
 ) -> Outcome:
-    """Compare a block or function with an engine; the same seed gives the same scans."""
+    """Compare a block or function with one engine. The same seed gives the same scans."""
     return agreed(subject, name, {engine: scans}, seed)[engine]
 
 
 def agreed(
     subject: Subject, name: str, scans: Mapping[str, int], seed: int = 1
 ) -> dict[str, Outcome]:
-    """Compare a POU with each of these engines; it is translated only once."""
+    """Compare a POU with several engines. The POU is translated only once."""
     begin = time.process_time()
     pou, term, found = subject.project.pous[name], _translated(subject, name), {}
     for engine, count in scans.items():

@@ -1,4 +1,4 @@
-"""Comparison jobs, each for one block or function. Good outcomes are saved."""
+"""Jobs that each compare one block or function with the engines. Good outcomes are saved."""
 
 from __future__ import annotations
 
@@ -44,7 +44,7 @@ class Comparison:
 
 
 def comparisons(library: Library) -> Iterator[Comparison]:
-    """Yield a job for each POU; skip those that use a sine or a similar function.
+    """Yield a job for each POU, except POUs that use a sine or a similar function.
 
     The terms cannot express such functions. The proofs hold for any result of these functions.
 
@@ -63,14 +63,17 @@ def comparisons(library: Library) -> Iterator[Comparison]:
 
 
 def _waves(library: Library, name: str) -> bool:
-    """Return whether the POU, or a POU that it uses, calls a function that no term can express."""
+    """Return whether the POU calls, even indirectly, a function that no term can express."""
     called = re.compile(rf"\b({'|'.join(WAVES)})\s*\(", re.IGNORECASE)
     files = {library.pou(one).file for one in library.used([name])}
     return any(called.search(Path(file).read_text(encoding="utf-8")) for file in files)
 
 
 def compiler_state() -> str:
-    """Return the state of matiec and the name of the C compiler; empty if one is missing."""
+    """Return the state of matiec and the name of the C compiler.
+
+    Empty if one of them is missing.
+    """
     matiec, compiler = find_matiec(), find_c_compiler()
     if matiec is None or compiler is None:
         return ""
@@ -89,13 +92,16 @@ def prepare(folder: str) -> None:
 
 
 def compared(job: tuple[str, str, dict[str, int], int]) -> dict[str, comparing.Outcome]:
-    """Compare a POU. The job contains source folder, POU, scans of each engine, and seed."""
+    """Compare a POU.
+
+    `job` contains source folder, POU, number of scans on each engine, and seed.
+    """
     folder, name, scans, seed = job
     return comparing.agreed(_subject(folder, matiec="matiec" in scans), name, scans, seed)
 
 
 def compare(job: Comparison) -> dict[str, Any]:
-    """Run the random scans of a POU."""
+    """Compare a POU with the engines on random scans, and return the outcome."""
     scans = {"builtin": comparing.SCANS}
     if job.matiec:
         scans["matiec"] = comparing.MATIEC_SCANS
@@ -129,7 +135,10 @@ def _outcome(job: Comparison, engines: Mapping[str, Any], wrong: str) -> dict[st
 
 
 def summary(found: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the figures. `matiec` contains separate figures, or the reason why there are none."""
+    """Return the figures of all comparisons.
+
+    `matiec` has its own figures, or a reason without them.
+    """
     rows = sorted(found, key=lambda row: str(row["pou"]))
     return {
         **_scans(rows, "builtin"),
@@ -141,7 +150,10 @@ def summary(found: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
 
 
 def _on_matiec(rows: Iterable[Mapping[str, Any]]) -> dict[str, Any]:
-    """Return the figures of matiec and a sentence, or only the sentence if matiec is missing."""
+    """Return the figures of matiec and a sentence about them.
+
+    Without matiec, return only a sentence.
+    """
     why, matiec = missing(), find_matiec()
     if why or matiec is None:
         return {"says": f"not compared on matiec ({why})"}

@@ -1,8 +1,8 @@
 """The blocks and functions of the compared sources on matiec, for `comparing`.
 
 The comparison sets and reads each variable that a program can access. The internal state of a
-standard block cannot be set. The translation therefore starts with the initial state of the block
-and then uses its own values.
+standard block cannot be set. The translation therefore begins with the initial state of the
+standard block.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from structured_text.prove.symbolic_memory import Path
 __all__ = ["MatiecEngine"]
 
 _US = timedelta(microseconds=1)
-#: Most microseconds that a TIME of 64 bits of nanoseconds can hold.
+#: Largest number of microseconds in a TIME, which has 64 bits of nanoseconds.
 _LONGEST = (1 << 63) // 1000 - 1
 
 
@@ -79,37 +79,37 @@ class MatiecEngine:
         self._held = list(self._begin)
 
     def read(self) -> list[Any]:
-        """Return the values of the leaves in the representation of `evaluate`."""
+        """Return the values of scalars and arrays in the representation of `evaluate`."""
         found = list(self._held)
         for place, show, value in zip(self._open, self._shows, self._reader(), strict=True):
             found[place] = show(value)
         return found
 
     def write(self, place: int, value: Any) -> None:
-        """Set a leaf; ignore a leaf that cannot be set."""
+        """Set a scalar or an array. If it cannot be set, do nothing."""
         if self._shifts[place]:
             value %= 32
         if self._paths[place]:
             self._bench.program.write(self._paths[place], _given(self._kinds[place], value))
 
     def reset(self) -> None:
-        """Restore the initial state."""
+        """Restore the initial state of the POU."""
         self._bench.program.restore(self._bench.start)
         self._bench.program.write("Main.Which", self._number)
         self._held = list(self._begin)
 
     def call(self, now: int) -> bool:
-        """Call the POU; always return True, because matiec does not stop at faults."""
+        """Call the POU. Always return True, because matiec does not stop at faults."""
         self._bench.program.scan(now // self.step)
         return True
 
     def follow(self, after: Sequence[Any]) -> None:
-        """Take the values of leaves that cannot be read from the translation."""
+        """If a variable cannot be read from matiec, take its value from the translation."""
         self._held = list(after)
 
 
 def _place(text: str, kind: Type, steps: Path) -> str:
-    """Return the path of a leaf in the syntax of `Program`."""
+    """Return the path of a scalar or an array in the syntax of `Program`."""
     for step in steps:
         if isinstance(kind, ArrayType):
             index, rest = [], int(step)
@@ -152,7 +152,10 @@ def _shown(kind: Type) -> Callable[[Any], Any]:
 
 
 def _given(kind: Type, value: Any) -> Any:
-    """Return a value in the form of `Program.write`. A TIME is truncated to whole microseconds."""
+    """Convert a value to the type that `Program.write` takes.
+
+    A TIME is truncated to microseconds.
+    """
     if isinstance(kind, EnumType):
         return kind.members[value]
     if isinstance(kind, ArrayType):

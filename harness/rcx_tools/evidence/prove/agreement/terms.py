@@ -24,8 +24,8 @@ from structured_text.prove.symbolic_memory import Path
 
 __all__ = ["LREAL", "Translation", "bodies", "held", "long", "symbols"]
 
-#: Kinds of obligations whose violation stops the program on an engine. A conversion out of range,
-#: or a TIME of more than 64 bits, gives different results on the engines, so such a result is open.
+#: Kinds of faults that stop the program on an engine. Other faults give different results on the
+#: engines: a conversion out of range, or a TIME of more than 64 bits.
 _OPEN = ("conversion", "time")
 
 
@@ -35,7 +35,7 @@ class Translation:
     Args:
         machine: The machine with its memory after the call.
         leaves: The scalars and arrays that are compared.
-        start: Memory before the call if it was arbitrary; None if it was known.
+        start: Memory before the call if it was arbitrary. None if the state was known.
         functions: Python functions that evaluate the functions with long loops.
     """
 
@@ -63,7 +63,10 @@ class Translation:
         self._given = _given(self._program.inputs, leaves, start) if start is not None else None
 
     def run(self, before: list[Any], now: int) -> tuple[list[Any], bool, bool]:
-        """Return the leaves after a call, whether it stops the program, and whether it is open."""
+        """Evaluate a call.
+
+        Return the variables, and whether it stops the program or has an open result.
+        """
         given = self._given(before, now) if self._given is not None else ()
         found = self._program.run(given)
         after = list(before)
@@ -104,7 +107,7 @@ def _joined(kind: Type, parts: Sequence[Any]) -> Any:
 def _given(
     inputs: Sequence[str], leaves: Sequence[tuple[Path, Type]], start: Mapping[Path, Any]
 ) -> Callable[[list[Any], int], tuple[Any, ...]]:
-    """Return a function that computes the values of the solver's variables from the leaves."""
+    """Return a function that computes the solver's variables from those of the POU."""
     codes = {"now": "now"}
     for place, (path, kind) in enumerate(leaves):
         value = start.get(path)
@@ -128,7 +131,7 @@ def _given(
 
 
 def long(subject: Subject) -> list[str]:
-    """Return the functions of the project that have a summary; blocks are omitted."""
+    """Return the functions of the project that have a summary, without the blocks."""
     pous = subject.project.pous
     return [name for name in SUMMARIES if name in pous and pous[name].kind == "FUNCTION"]
 
@@ -160,7 +163,7 @@ def _symbol(subject: Subject, name: str) -> Callable[[Machine, list[Any]], Any]:
 
 
 def bodies(subject: Subject) -> dict[str, Callable[[int], int]]:
-    """Return the engine's functions that give the values of the symbols, by name."""
+    """Return by name the functions of the engine that compute the values of the symbols."""
     return {name: _body(subject, name) for name in long(subject)}
 
 
@@ -179,7 +182,7 @@ def _width(kind: Type) -> int:
 
 
 def held(kind: Type, raw: int) -> Any:
-    """Return the engine's value for a bit pattern that the solver uses."""
+    """Convert a bit pattern of the solver to a value of the engine."""
     if kind == _REAL:
         return struct.unpack("<f", raw.to_bytes(4, "little"))[0]
     width = values.bits(kind)

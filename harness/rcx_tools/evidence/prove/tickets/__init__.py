@@ -1,4 +1,4 @@
-"""Proofs about the turns on both channels, for any number of blocks, with tickets."""
+"""Proofs about the tickets and turns on both channels, for any number of blocks."""
 
 from rcx_tools.evidence.prove.tickets import free, turns
 

@@ -30,7 +30,7 @@ def _one_of(value: Any, wanted: tuple[int, ...]) -> Any:
 
 
 def _call_goals(library: Library, channel: str) -> Iterator[Goal]:
-    """Yield the goals about a block that has the turn, and about a block at a loss of the link."""
+    """Yield the goals about a block with the turn, and about any block when the link is lost."""
     step = turns.call(library, channel, 1)
     part = f"{channel} FB_RCXJOB"
     was, job = step.before.jobs[0], step.after.jobs[0]
@@ -113,11 +113,10 @@ def _write_goals(library: Library, channel: str, block: str) -> Iterator[Goal]:
 
 
 class _Scan:
-    """A whole scan of the channel of remote commands, with a controller that answers in time.
+    """One scan of the channel of remote commands, with a controller that answers in time.
 
-    An FB_RemoteCommand has the turn. If no block has it, the turn belongs to an orphan: a command
-    whose block is not called any more. Other blocks do not have the turn, so they change neither
-    phase nor request.
+    Either an FB_RemoteCommand has the turn, or an orphan: a command whose block is not called any
+    more. All other blocks do not have the turn, so they change neither phase nor request.
     """
 
     def __init__(self, library: Library, holder: bool) -> None:
@@ -161,7 +160,7 @@ class _Scan:
         self.assumed += machine.assumptions
 
     def _stage(self, holder: bool) -> Any:
-        """Return the greatest number of stages before the end of the turn (a ranking function)."""
+        """Return the greatest number of remaining stages of the turn (a ranking function)."""
         machine = self.machine
         phase = machine.term((*ROBOT, "INNER", "PHASE"))
         status = machine.term((*ROBOT, "STATUS"))
@@ -189,7 +188,7 @@ class _Scan:
         return z3.If(phase == _RUN, z3.If(armed, out, out + 5), before)
 
     def _controller(self) -> None:
-        """Constrain the next status of the controller (guide chapter 2) and its answer time."""
+        """Restrict the next status of the controller and its answer time (guide chapter 2)."""
         machine = self.machine
         status, code_out = (
             machine.term((*ROBOT, "STATUS")),
@@ -221,11 +220,14 @@ class _Scan:
         self.left_now = z3.If(z3.And(waits, still), self.left - 1, self.longest)
 
     def nearer(self) -> Any:
-        """Return the claim that the end of the turn is nearer (at most 5 * `longest` + 2 scans)."""
+        """Return the claim that the end of the turn is nearer after the scan.
+
+        The turn ends after at most 5 * `longest` + 2 scans.
+        """
         return z3.ULT(self._scans(self.now, self.left_now), self._scans(self.was, self.left))
 
     def _scans(self, stage: Any, left: Any) -> Any:
-        """Return the number of scans up to the end of the turn (at most).
+        """Return the greatest number of scans up to the end of the turn.
 
         In the stages 2, 3, 6, 7 and 8 the controller must answer. The other stages take one scan.
         """
@@ -240,11 +242,11 @@ class _Scan:
         return result
 
     def term(self, path: Path) -> Any:
-        """Return a scalar after the scan."""
+        """Return the value of a scalar after the scan, as a term."""
         return self.machine.term(path)
 
     def goal(self, name: str, assumed: tuple[Any, ...], claim: Any) -> Goal:
-        """Return a goal about the scan."""
+        """Return a goal with a name and a claim about this scan."""
         show = {
             "stage before": self.was,
             "stage after": self.now,
@@ -359,9 +361,10 @@ def _rests_on(part: str) -> list[str]:
 PROPERTIES = (
     Property(
         "turn-free",
-        "From every state a channel becomes free. After a loss this takes two scans. Otherwise, "
-        "if the controller answers, each scan of a turn brings its end nearer, and the next block "
-        "that is still called is active in its next call.",
+        "A channel is used by one block at a time, the block that has the turn. From every state "
+        "the channel becomes free again. After a loss of the link or of CPU_OK this takes two "
+        "scans. Otherwise the controller has to answer. Every scan then brings the end of the "
+        "turn nearer, and the next waiting block gets the turn in its next call.",
         "guide chapter 2; docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts", "answers"),
         _free,
@@ -374,9 +377,9 @@ PROPERTIES = (
     ),
     Property(
         "turn-limit",
-        "A block with a time limit ends at the latest in the call in which its own turn, or its "
-        "wait behind a command whose block is not called any more, has reached the limit. The "
-        "limit does not end it earlier.",
+        "If a block has a time limit, the block ends at the latest in the call in which the limit "
+        "is reached. The time counts while the block has its turn, and while it waits for the end "
+        "of a command whose block is not called any more. The limit never ends a block earlier.",
         "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _limit,

@@ -1,4 +1,4 @@
-"""The ticket model of a channel, with the invariants of the channel, of a job, and of two jobs.
+"""The model of tickets and turns on a channel, with invariants of the channel and of the jobs.
 
 The PLC counts scans, tickets and turns in 16 bits, which wrap. The proof adds ghost counters with
 48 bits, which never wrap. The proof is an induction over the calls of any block. Each call keeps
@@ -35,17 +35,17 @@ __all__ = [
 ]
 
 _WIDE = 48
-#: Greatest distance of two live tickets that FC_RcxTickets compares correctly.
+#: Greatest distance of two tickets in use that FC_RcxTickets compares correctly.
 FARTHEST = 32767
 
 
 def low(wide: Any) -> Any:
-    """Return a count as the PLC stores it, modulo 65536."""
+    """Return a counter as the PLC stores it, modulo 65536."""
     return z3.Extract(15, 0, wide)
 
 
 def until(first: Any, last: Any) -> Any:
-    """Return the number of tickets from `first` up to `last`, as a wide number."""
+    """Return the number of tickets from `first` to `last`, as a wide number (48 bits)."""
     return z3.ZeroExt(_WIDE - 16, last - first)
 
 
@@ -55,10 +55,10 @@ class Channel:
 
     Attributes:
         tickets: Number of tickets taken so far.
-        turns: Ticket that has the turn, as a wide number.
+        turns: Ticket that has the turn, as a wide number (48 bits).
         scan: Number of the scan, as a wide number.
-        inside: FB_ReadArea has been called in this scan, and FB_WriteArea has not.
-        unseen: Since the last FB_WriteArea, no block with a ticket was called.
+        inside: FB_ReadArea has been called in this scan, and FB_WriteArea has not been called yet.
+        unseen: No block with a ticket was called since the last FB_WriteArea.
         written: The area is legal, so FB_WriteArea works.
         next, serving, lowest, orphan, number: The variables of the PLC.
         remote: Whether this is the channel of the remote commands.
@@ -122,11 +122,11 @@ class Job:
     """A job at a point in time: ghost variables, and variables of the PLC.
 
     Attributes:
-        ticket: Its last ticket as a wide number; without a ticket, a ticket that was passed
-            already.
+        ticket: The last ticket of the job as a wide number. A job without a ticket has a number
+            that was already served.
         waits: The job has taken this ticket and has not ended.
-        seen: Number of the scan of the last call, as a wide number.
-        busy, active, mine, last, error: Busy, Active, Ticket, Seen and ErrorID.
+        seen: Number of the scan of the last call, as a wide number. busy, active, mine, last,
+            error: The variables Busy, Active, Ticket, Seen and ErrorID.
     """
 
     ticket: Any
@@ -141,7 +141,7 @@ class Job:
     def lives(self, channel: Channel) -> Any:
         """Return the claim that the job is busy and was called in every scan.
 
-        The call in the present scan may still follow.
+        In the present scan the call may still be missing.
         """
         early = z3.And(channel.inside, self.seen == channel.scan - 1)
         return z3.And(self.busy, z3.Or(self.seen == channel.scan, early))
@@ -189,13 +189,13 @@ class Job:
 
 @dataclass(frozen=True)
 class Scene:
-    """A channel and jobs on it, at a point in time."""
+    """A channel and its jobs at a point in time."""
 
     channel: Channel
     jobs: tuple[Job, ...]
 
     def holds(self) -> dict[str, Any]:
-        """Return the invariant of the channel, of each job, and of each two jobs, by name."""
+        """Return the invariants of the channel, of each job, and of each pair of jobs, by name."""
         claims = {f"channel: {name}": claim for name, claim in self.channel.holds().items()}
         for number, job in enumerate(self.jobs, 1):
             claims |= {
@@ -209,20 +209,20 @@ class Scene:
 
 
 def different(channel: Channel, one: Job, other: Job) -> Any:
-    """Return the claim that two waiting jobs have different tickets, even in 16 bits."""
+    """Return the claim that two waiting jobs have different tickets, even modulo 65536."""
     both = z3.And(one.lives(channel), one.waits, other.lives(channel), other.waits)
     return z3.Implies(both, z3.And(one.ticket != other.ticket, one.mine != other.mine))
 
 
 def keeps_turn(busy: Any, active: Any, seen: Any, number: Any, own: Any) -> Any:
-    """Return the claim: a job that has the turn and was called in the last scan is being served.
+    """Return the claim that a job with the turn is served if it was called in the last scan.
 
-    "Is being served" means that the ticket of the job is the present turn.
+    A job is served if its ticket is the present turn.
 
     Args:
         busy: Busy of the job.
         active: Active of the job.
-        seen: Its Seen, 16 bits.
+        seen: Seen of the job, 16 bits.
         number: The number of this scan, 16 bits.
         own: Whether the ticket of the job is the served ticket.
     """
@@ -230,12 +230,12 @@ def keeps_turn(busy: Any, active: Any, seen: Any, number: Any, own: Any) -> Any:
 
 
 class Clockless(Machine):
-    """A machine with any time since the last scan, because FB_RcxScanTime is not run."""
+    """A machine that does not run FB_RcxScanTime, so the time since the last scan is arbitrary."""
 
     def call_block(
         self, instance: Path, block: str, in_outs: Mapping[str, Path | Alternatives]
     ) -> None:
-        """Call a block like `Machine.call_block`."""
+        """Call a block like `Machine.call_block`, but skip FB_RcxScanTime."""
         if block.upper() == "FB_RCXSCANTIME":
             kind = self.project.pous["FB_RCXSCANTIME"].block
             assert kind is not None
@@ -261,7 +261,7 @@ class Places:
     jobs: tuple[Path, ...]
 
     def scene(self, channel: Channel, jobs: tuple[Job, ...]) -> Scene:
-        """Return the present scene. The ghost variables come from the arguments."""
+        """Return the present scene with the given ghost variables."""
 
         def at(path: Path, *names: str) -> list[Any]:
             return [self.machine.term((*path, name)) for name in names]
@@ -303,7 +303,7 @@ class Places:
 
 
 def jobs(machine: Machine, library: Library, count: int) -> tuple[Path, ...]:
-    """Create jobs in arbitrary states; return their paths."""
+    """Create jobs in arbitrary states, and return their paths."""
     kind = library.pou("FB_RCXJOB").block
     assert kind is not None
     paths = tuple((f"JOB{number}",) for number in range(1, count + 1))
@@ -313,7 +313,7 @@ def jobs(machine: Machine, library: Library, count: int) -> tuple[Path, ...]:
 
 
 def assumed(before: Scene) -> list[Any]:
-    """Return the assumptions for a call of the first job: `calls`, `missed`, `waiters`."""
+    """Return the assumptions `calls`, `missed` and `waiters` for a call of the first job."""
     channel, job = before.channel, before.jobs[0]
     between = channel.scan - job.seen
     return [

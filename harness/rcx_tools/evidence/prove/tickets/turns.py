@@ -1,4 +1,4 @@
-"""Proofs about the turns on a channel: one block at a time, oldest ticket first, then the next."""
+"""Proofs about the turns on a channel: one block at a time, and the oldest ticket first."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ ENDS = (0x0200, 0x4000)
 
 @dataclass(frozen=True)
 class Step:
-    """A call, with the assumptions before it and the scenes before and after it."""
+    """A call, with its assumptions and with the scenes before and after the call."""
 
     machine: Machine
     before: model.Scene
@@ -34,15 +34,15 @@ class Step:
     old: dict[Path, Any]
 
     def was(self, path: Path) -> Any:
-        """Return a scalar before the call."""
+        """Return the value of a scalar before the call, as a term."""
         return self.machine.term(path, self.old)
 
     def now(self, path: Path) -> Any:
-        """Return a scalar after the call."""
+        """Return the value of a scalar after the call, as a term."""
         return self.machine.term(path)
 
     def goal(self, name: str, claim: Any) -> Goal:
-        """Return a goal about the call."""
+        """Return a goal with a name and a claim about this call."""
         return Goal(name, self.assumed, claim, shown(self))
 
 
@@ -73,7 +73,7 @@ def shown(step: Step) -> dict[str, Any]:
 
 
 def call(library: Library, channel: str, count: int = 3) -> Step:
-    """Return the step in which one job is called. All other jobs are in arbitrary states."""
+    """Return a step in which one job is called. All other jobs are in arbitrary states."""
     machine = library.machine()
     paths = model.jobs(machine, library, count)
     kind = library.pou("FB_RCXJOB").symbols["CHANNEL"].type
@@ -99,9 +99,9 @@ def call(library: Library, channel: str, count: int = 3) -> Step:
 def write(library: Library, channel: str, block: str) -> Step:
     """Return the step of FB_WriteArea or its twin for words. Jobs are in arbitrary states."""
     machine = model.machine(library)
-    # FB_WriteArea runs first, because `step` chooses the memory. The scene before the call is then
-    # read from the restored old memory, with jobs added to it. Finally the memory after the call
-    # replaces the old one again, so that the scene after the call can be read.
+    # FB_WriteArea runs first, because `step` chooses the memory. Then the old memory is restored
+    # and gets jobs, and the scene before the call is read. Finally the memory after the call is
+    # restored, and the scene after the call is read.
     called = library.step(block, machine)
     inside = called.was((*ROBOT, "INNER", "INSCAN"))
     number = called.was((*ROBOT, "INNER", "SCAN"))
@@ -168,7 +168,7 @@ def _power_up(library: Library, channel: str) -> Iterator[Goal]:
 
 
 def _kept(step: Step, told: str) -> Iterator[Goal]:
-    """Yield the goals that the call preserves the invariant of the called job and of the others.
+    """Yield the goals that a call preserves the invariants of the channel and of all jobs.
 
     Two jobs that are not called represent all others, because these are interchangeable.
     """
@@ -314,7 +314,7 @@ def _back(library: Library, part: str) -> Iterator[Goal]:
 
 
 def _taken_back(step: Step, part: str) -> Iterator[Goal]:
-    """Yield the goals: FB_WriteArea takes the turn only from a block that is not called."""
+    """Yield the goals that FB_WriteArea takes the turn only from a block that is not called."""
     before, after = step.before.channel, step.after.channel
     works = z3.And(before.inside, before.written)
     gone = z3.And(works, before.serving != before.lowest)
@@ -365,7 +365,7 @@ def _taken_back(step: Step, part: str) -> Iterator[Goal]:
 
 
 def parts(*blocks: str) -> list[str]:
-    """Return the names of the parts: each combination of block and channel."""
+    """Return the names of the parts of a property: each combination of block and channel."""
     return [f"{channel} {block}" for channel in CHANNELS for block in blocks]
 
 
@@ -377,17 +377,19 @@ def _rests_on(part: str) -> list[str]:
 PROPERTIES = (
     Property(
         "turn-hands",
-        "Only FB_RcxJob, FB_ReadArea and FB_WriteArea write the variables behind the turns, and "
-        "every block passes to its job the inputs that the proofs of the turns assume.",
+        "The order in which blocks use a channel depends on a few variables of RCX_REF. Only "
+        "FB_RcxJob, FB_ReadArea and FB_WriteArea write these variables. Every block passes the "
+        "inputs to its FB_RcxJob that the proofs of the other turn properties assume.",
         "docs/explanation/scan-model.md",
         ("inner",),
         writers.goals,
     ),
     Property(
         "turn-once",
-        "With any number of blocks, two blocks never have the same turn, or tickets that the PLC "
-        "cannot distinguish. A block that keeps its turn from scan to scan has the ticket that is "
-        "served.",
+        "A block that waits for a channel has a ticket, and the block with the served ticket has "
+        "the turn. Two blocks never have the turn at the same time, and never have tickets that "
+        "the PLC cannot distinguish. A block that keeps the turn from one scan to the next has "
+        "the served ticket. This holds for any number of blocks.",
         "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _once,
@@ -396,8 +398,8 @@ PROPERTIES = (
     ),
     Property(
         "turn-order",
-        "First come, first served: no block begins its turn before a block that is still called "
-        "and has an older ticket.",
+        "Blocks get a channel in the order of their requests: a block never gets its turn while a "
+        "block with an older ticket is still called and waits.",
         "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _order,
@@ -406,9 +408,10 @@ PROPERTIES = (
     ),
     Property(
         "turn-back",
-        "A block that ends in its turn passes the turn on. A command that is still on the wire "
-        "keeps the turn until its end or a loss. If a block is not called any more, or is called "
-        "out of place, its turn passes to the next block that is still called.",
+        "If a block ends during its turn, the next block gets the turn. If its command is still "
+        "being sent, the turn ends later: when the command ends or the link or CPU_OK is lost. If "
+        "a block with the turn is not called any more, or is called outside of FB_ReadArea and "
+        "FB_WriteArea, the next block that is still called gets the turn.",
         "docs/explanation/scan-model.md",
         ("inner", "calls", "missed", "waiters", "counts"),
         _back,

@@ -1,4 +1,4 @@
-"""Checks of the syntax tree: which POUs write the variables of turns, and inputs of the jobs."""
+"""Checks of the syntax tree: the POUs that write the variables of turns, and the inputs of jobs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from structured_text.language.walk import statements
 __all__ = ["goals"]
 
 _ROBOT = "ROBOT.INNER."
-#: Fields of RCX_REF that the turns depend on, and the POUs that write them.
+#: Maps each field of RCX_REF that the turns depend on to the POUs that write it.
 OWNERS = {
     "COMMAND": {"FB_RCXHANDSHAKE"},
     "SEQUENCE": {"FB_RCXDEDICATEDINPUTS"},
@@ -26,8 +26,8 @@ OWNERS = {
     "PHASE": {"FB_RCXHANDSHAKE"},
     "RUNNING": {"FB_RCXHANDSHAKE"},
 }
-#: Inputs of a job on a channel of a robot, as text. None: the call does not assign the pin, which
-#: keeps its initial value.
+#: The text of each input in a call of a job on a channel of a robot. None: the call does not assign
+#: the pin, so the pin keeps its initial value.
 _PINS: dict[str, dict[str, str | None]] = {
     "COMMAND": {
         "SCAN": "ROBOT.INNER.SCAN",
@@ -44,12 +44,15 @@ _PINS: dict[str, dict[str, str | None]] = {
         "REMOTE": None,
     },
 }
-#: Blocks that may receive a channel of a robot.
+#: Blocks to which a channel of a robot may be passed.
 _TAKERS = {"FB_RCXJOB", "FB_RCXCHANNELTURN"}
 
 
 def _text(node: Any) -> str:
-    """Return the text of an expression in upper case, as far as the checks need it."""
+    """Return the text of an expression in upper case.
+
+    Only the expressions in the checks are supported.
+    """
     if isinstance(node, t.Use):
         return node.symbol.name.upper()
     if isinstance(node, t.Member):
@@ -64,7 +67,7 @@ def _text(node: Any) -> str:
 
 
 def _prefixes(variable: t.Variable) -> Iterator[t.Variable]:
-    """Yield a variable and all variables that contain it."""
+    """Yield the path of a variable and of all variables that contain it."""
     yield variable
     if isinstance(variable, (t.Member, t.Index)):
         yield from _prefixes(variable.base)
@@ -94,7 +97,7 @@ def _written(pou: t.Pou) -> Iterator[tuple[t.Variable, Position]]:
 
 
 def _bad_writes(name: str, pou: t.Pou) -> Iterator[str]:
-    """Yield the writes of a POU to variables that belong to another POU."""
+    """Yield each statement of a POU that writes a variable of another POU."""
     inputs = {"LONGEST", "EXECUTE", "HOLDER", "TROUBLE"}
     for target, at in _written(pou):
         text = _text(target)
@@ -112,7 +115,7 @@ def _bad_writes(name: str, pou: t.Pou) -> Iterator[str]:
 
 
 def _bad_calls(pou: t.Pou) -> Iterator[str]:
-    """Yield the wrong arguments in the calls of a POU."""
+    """Yield each wrong argument in the calls of jobs in a POU."""
     for statement in statements(pou.body):
         if not isinstance(statement, t.CallBlock):
             continue
