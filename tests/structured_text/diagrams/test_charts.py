@@ -173,8 +173,9 @@ def test_the_time_of_a_step_begins_at_0_and_stays_when_the_step_is_left(run: Run
 def test_a_transition_back_to_its_step_starts_the_time_again(run: Run) -> None:
     """Source: IEC 61131-3, 2.6.2: the time is reset when the step is activated."""
     chart = (
-        "INITIAL_STEP S: END_STEP TRANSITION Again FROM S TO S := S.T >= T#20ms; END_TRANSITION "
-        "STEP Other: V (N); END_STEP TRANSITION FROM S TO Other := S.T > T#20ms; END_TRANSITION"
+        "INITIAL_STEP S: END_STEP STEP Other: V (N); END_STEP "
+        "TRANSITION FROM S TO Other := S.T > T#20ms; END_TRANSITION "
+        "TRANSITION Again FROM S TO S := S.T >= T#20ms; END_TRANSITION"
     )
     assert run(chart, [""] * 9, ["V"]) == [[0]] * 9
 
