@@ -9,10 +9,13 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.options import Device, counted
+from structured_text.diagrams.sfc.text import with_charts
 from structured_text.errors import InputError, legible
 from structured_text.language.dialects import rules_of
+from structured_text.language.source import source_text
 from structured_text.output.files import replace_files
 from structured_text.projects.formats import is_project
+from structured_text.projects.model import Project
 from structured_text.projects.open import read_project
 from structured_text.projects.sources import named_files
 from structured_text.projects.texts import st_texts
@@ -35,21 +38,30 @@ def import_(
 ) -> None:
     """Write the Structured Text of a project as .st files, one for each declaration.
 
+    An .st file with a chart (INITIAL_STEP) is written with the statements of the chart.
+
     You do not need it to run a project: `rcx run` and `rcx check` read the project itself.
 
     Exit code: 0; 1 if a body is in another language: its file has the interface, and a comment in
     place of the body; 2 on bad input or if a file exists.
     """
     named = named_files(files)
+    charts: dict[str, str] = {}
     for file in named:
-        if not is_project(file):
+        if is_project(file):
+            continue
+        chart = with_charts(file) if file.suffix.lower() == ".st" else file
+        if chart is not file:
+            charts[file.name] = source_text(chart)
+        else:
             raise InputError(
                 "is already Structured Text, or is not a project that can be read",
                 file=file,
                 hint="name a PLCopen .xml, a TwinCAT folder or .plcproj, an .L5X or an .scl",
             )
-    project = read_project(named, device)
-    texts = st_texts(project)
+    projects = [file for file in named if is_project(file)]
+    project = read_project(projects, device) if projects else Project()
+    texts = {**charts, **st_texts(project)}
     there = [out / name for name in texts if os.path.exists(out / name)]
     if there and not force:
         others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""

@@ -200,3 +200,15 @@ def test_structured_text_cannot_be_imported(
     shutil.copy(_DATA / "lamp.st", tmp_path)
     assert main(["import", str(tmp_path / "lamp.st"), "-o", str(tmp_path / "out")]) == 2
     assert "lamp.st: is already Structured Text" in capsys.readouterr().err
+
+
+def test_a_chart_in_text_form_is_imported_as_statements(tmp_path: Path) -> None:
+    """Source: rcx import --help."""
+    chart = tmp_path / "Lamp.st"
+    chart.write_text(
+        "PROGRAM Lamp VAR V : BOOL; END_VAR INITIAL_STEP S: V (N); END_STEP END_PROGRAM\n"
+    )
+    assert main(["import", str(chart), "-o", str(tmp_path / "out")]) == 0
+    text = (tmp_path / "out" / "Lamp.st").read_text()
+    assert "INITIAL_STEP" not in text
+    assert "V := " in text
