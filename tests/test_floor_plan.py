@@ -29,6 +29,7 @@ PLANS = {
         ("debug", "explore", "testing"),
         ("export", "mutants", "coverage", "prove", "bench"),
         ("projects", "engines", "farm"),
+        ("diagrams",),
         ("language",),
         ("output",),
         ("errors",),

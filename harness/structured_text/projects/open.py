@@ -113,7 +113,7 @@ def project_sources(
     units, extra = _replaced(project.units, replaced)
     places = {unit.name.upper(): unit.file for unit in project.units}
     needed, notes = _foreign(units, places)
-    unsupported = [one for _, one, body in needed if body.why]
+    unsupported = [one for _, one, body in needed if body.why and body.language == "ST"]
     if unsupported:
         raise refusal(unsupported)
     declared = {unit for unit, _, _ in needed}

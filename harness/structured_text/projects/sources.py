@@ -15,9 +15,10 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
+from structured_text.diagrams.sfc.text import has_chart, with_charts
 from structured_text.errors import InputError
 from structured_text.language.dialects import chosen, dialect_of, rules_of
-from structured_text.language.source import in_dialect
+from structured_text.language.source import in_dialect, source_text
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
@@ -148,13 +149,30 @@ def source_files(
     own = list(dict.fromkeys(own))
     if INSTEAD:
         own = [INSTEAD.get(real(file), file) for file in own]
-    if spoken := _dialect(dialect, said, own):
+    spoken = _dialect(dialect, said, own)
+    # matiec, with which OpenPLC and Beremiz compile, has no final scan of actions.
+    own = [_plain(file, next(_stamped(os.fspath(file)), None), spoken != "openplc") for file in own]
+    if spoken:
         own = [in_dialect(file, spoken) for file in own]
     seen = tuple(next(_stamped(os.fspath(file)), None) for file in own)
     parts: tuple[Path, ...] = ()
     if library is not None:
         parts = _needed(tuple(own), seen, _Folder.of(library), taken, declared)
     return SourceFiles(tuple(own), parts, library, notes, declared, missing)
+
+
+@lru_cache(maxsize=256)
+def _plain(file: Path, seen: _Stamp | None, final_scan: bool) -> Path:
+    """Return a source without charts: their translation is in their place.
+
+    The result is cached by the time of change. A file that cannot be read is reported later.
+    """
+    del seen
+    try:
+        text = source_text(file)
+    except (InputError, OSError):
+        return file
+    return with_charts(file, final_scan=final_scan) if has_chart(text) else file
 
 
 def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[Path]) -> str:

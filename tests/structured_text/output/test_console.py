@@ -89,7 +89,7 @@ def test_lines_count_as_drawn_only_with_every_character_that_is_printed(reposito
     Pages that `verify` writes do not count, because they are UTF-8 files. Two modules do not count,
     because they only search for their characters.
     """
-    searched = "structured_text.projects.plcopen_tasks", "structured_text.testing.suites.junit"
+    searched = "structured_text.projects.plcopen.tasks", "structured_text.testing.suites.junit"
     texts = {
         name: "".join(_texts(ast.parse(file.read_text(encoding="utf-8"))))
         for name, file in shipped(repository).items()

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.parser import parse
@@ -69,7 +70,11 @@ def own_expressions(one: t.Statement) -> list[Any]:
 def _place(pou: t.Pou, one: t.Statement, number: int) -> Position:
     """Return the position of the statement, ELSIF or UNTIL that contains an expression."""
     if (isinstance(one, t.If) and number) or isinstance(one, t.Repeat):
-        for node in nodes(parse(Path(pou.file)).declarations):
+        try:
+            declarations = parse(Path(pou.file)).declarations
+        except InputError:
+            return one.at  # the text was extracted from a project or translated from a chart
+        for node in nodes(declarations):
             if isinstance(one, t.Repeat):
                 if isinstance(node, s.Repeat) and node.at == one.at:
                     return _at(node.condition, one.at)

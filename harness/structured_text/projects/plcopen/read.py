@@ -12,6 +12,8 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
+from structured_text.diagrams.sfc.names import Names
+from structured_text.diagrams.sfc.translate import translate
 from structured_text.errors import InputError
 from structured_text.language.source import Line
 from structured_text.projects.model import (
@@ -26,12 +28,13 @@ from structured_text.projects.model import (
     made,
     trimmed,
 )
-from structured_text.projects.plcopen_devices import choose_device
-from structured_text.projects.plcopen_tasks import read_tasks, written_interval
+from structured_text.projects.plcopen.charts import read_chart
+from structured_text.projects.plcopen.devices import choose_device
+from structured_text.projects.plcopen.tasks import read_tasks, written_interval
 from structured_text.projects.tasks import by_event, configuration
 from structured_text.projects.xml import Element
 
-__all__ = ["KINDS", "SECTIONS", "read_plcopen"]
+__all__ = ["KINDS", "SECTIONS", "read_plcopen", "written_by"]
 
 #: The kind of POU by its `pouType`.
 KINDS = {"function": "FUNCTION", "functionBlock": "FUNCTION_BLOCK", "program": "PROGRAM"}
@@ -73,7 +76,8 @@ def read_plcopen(root: Element, file: Path, device: str = "") -> Project:
     If there are several devices with programs, `device` is the name of the one to read.
     """
     choose_device(root, device, file)
-    reader = _Reader(file)
+    # matiec, with which Beremiz and OpenPLC compile, has no final scan of actions.
+    reader = _Reader(file, written_by(root) != "openplc")
     units: list[Unit] = []
     for element in root.below("dataType", "pou", "Interface", "configuration", "globalVars"):
         units += reader.units(element)
@@ -111,8 +115,8 @@ def written_by(root: Element) -> str:
 
 
 class _Reader:
-    def __init__(self, file: Path) -> None:
-        self._file = file
+    def __init__(self, file: Path, final_scan: bool) -> None:
+        self._file, self._final_scan = file, final_scan
         self.notes: tuple[str, ...] = ()
 
     def _error(self, message: str, element: Element) -> InputError:
@@ -155,7 +159,35 @@ class _Reader:
             raise self._error(f"{name} is not a function, function block or program", element)
         end = made(element.end, f"END_{kind}")
         parts = tuple(self._parts(element, name))
-        return Unit(kind, Piece(name, head, _body(element), end, parts), self._file)
+        piece = Piece(name, head, _body(element), end, parts)
+        return Unit(kind, self._with_chart(element, piece), self._file)
+
+    def _with_chart(self, element: Element, piece: Piece) -> Piece:
+        """Return a POU whose chart is translated; the actions of the chart are in its body."""
+        charts = [one for body in element.all("body") for one in body.all("SFC")]
+        if not isinstance(piece.body, Foreign) or len(charts) != 1:
+            return piece
+        actions = {
+            part.name.rpartition(".")[2].upper(): part.body
+            for part in piece.parts
+            if part.is_action
+        }
+        found = element.all("transitions", "transition")
+        transitions = {one.get("name").upper(): _body(one) for one in found}
+        chart = read_chart(charts[0], actions, transitions, _text)
+        if isinstance(chart, Foreign):
+            return replace(piece, body=chart)
+        bodies = [line.text for one in chart.actions for line in one.body]
+        bodies += [line.text for one in chart.transitions for line in one.condition]
+        words = "\n".join((*(line.text for line in piece.lines()), *bodies))
+        section, body = translate(chart, Names(words), final_scan=self._final_scan)
+        used = {one.name.upper() for one in chart.actions}
+        parts = tuple(
+            part
+            for part in piece.parts
+            if not (part.is_action and part.name.rpartition(".")[2].upper() in used)
+        )
+        return replace(piece, head=(*piece.head, *section), body=body, parts=parts)
 
     def _interface(self, element: Element) -> Unit:
         name = self._name(element)

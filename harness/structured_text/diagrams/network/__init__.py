@@ -1,0 +1,1 @@
+"""Networks of Ladder Diagrams (LD) and Function Block Diagrams (FBD)."""

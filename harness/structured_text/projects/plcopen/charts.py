@@ -1,0 +1,247 @@
+"""Sequential Function Charts of PLCopen XML.
+
+Supported are steps, transitions, divergences and convergences, jumps and action blocks. A condition
+is an inline expression, or names a transition of the POU. An action is inline, or names an action
+or a Boolean variable of the POU; the bodies of both are in Structured Text.
+
+Source: PLCopen TC6 XML 2.01, sfcObjects.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import replace
+
+from structured_text.diagrams.sfc.check import ChartError, check
+from structured_text.diagrams.sfc.model import (
+    QUALIFIERS,
+    TIMED,
+    Action,
+    Association,
+    Chart,
+    Step,
+    Transition,
+)
+from structured_text.language.source import Line
+from structured_text.projects.model import Foreign, Lines
+from structured_text.projects.xml import Element
+
+__all__ = ["read_chart"]
+
+_PASSED = (
+    *("selectionDivergence", "selectionConvergence"),
+    *("simultaneousDivergence", "simultaneousConvergence"),
+)
+_KNOWN = ("step", "transition", "jumpStep", "actionBlock", *_PASSED)
+_IGNORED = ("comment", "vendorElement", "addData", "documentation")
+
+#: A function that returns the lines of an element with text.
+_Text = Callable[[Element], Lines]
+
+
+def read_chart(
+    body: Element,
+    actions: Mapping[str, Lines | Foreign],
+    transitions: Mapping[str, Lines | Foreign],
+    text: _Text,
+) -> Chart | Foreign:
+    """Return the chart of an `<SFC>`, or the reason why it is not read.
+
+    `actions` and `transitions` have the bodies that the POU declares, by name in upper case.
+    """
+    try:
+        chart = _Reader(body, actions, transitions, text).chart()
+        check(chart)
+    except ChartError as error:
+        hint = f" ({error.hint})" if error.hint else ""
+        return Foreign("SFC", error.at, f"{error.message}{hint}")
+    return chart
+
+
+class _Reader:
+    def __init__(
+        self,
+        body: Element,
+        actions: Mapping[str, Lines | Foreign],
+        transitions: Mapping[str, Lines | Foreign],
+        text: _Text,
+    ) -> None:
+        self._body, self._bodies, self._named, self._text = body, actions, transitions, text
+        self._ids = {one.get("localId"): one for one in body.children if one.get("localId")}
+        self._actions: dict[str, Action] = {}
+
+    def chart(self) -> Chart:
+        for one in self._body.children:
+            if one.name == "macroStep":
+                text = f"the macro step {one.get('name')} is not supported"
+                raise ChartError(text, one.at, "draw its steps into the chart")
+        blocks = self._blocks()
+        steps = [self._step(one, blocks.get(id(one), ())) for one in self._all("step")]
+        targets = self._targets()
+        order = {step.name.upper(): number for number, step in enumerate(steps)}
+        found: list[tuple[int, float, Transition]] = []
+        for one in self._all("transition"):
+            made = self._transition(one, tuple(targets.get(id(one), ())))
+            found.append((order.get(made.sources[0].upper(), 0), _x(one), made))
+        found.sort(key=lambda one: one[:2])
+        return Chart(tuple(steps), tuple(one for _, _, one in found), tuple(self._actions.values()))
+
+    def _all(self, name: str) -> list[Element]:
+        return [one for one in self._body.children if one.name == name]
+
+    # --- connections ---
+
+    def _inputs(self, element: Element) -> Iterator[Element]:
+        """Yield the elements that an element is connected to at its upper side."""
+        for point in element.all("connectionPointIn"):
+            for one in point.all("connection"):
+                above = self._ids.get(one.get("refLocalId"))
+                if above is not None:
+                    yield above
+
+    def _above(self, element: Element, seen: tuple[int, ...] = ()) -> Iterator[Element]:
+        """Yield the steps and transitions above an element, through divergences."""
+        for one in self._inputs(element):
+            if one.name in _PASSED and id(one) not in seen:
+                yield from self._above(one, (*seen, id(one)))
+            elif one.name not in _PASSED:
+                yield one
+
+    def _targets(self) -> dict[int, list[str]]:
+        """Return the names of the steps below each transition."""
+        found: dict[int, list[str]] = {}
+        for one in (*self._all("step"), *self._all("jumpStep")):
+            name = one.get("name") if one.name == "step" else one.get("targetName")
+            for above in self._above(one):
+                if above.name != "transition":
+                    text = f"the step {name} is connected to a {above.name} and not a transition"
+                    raise ChartError(text, one.at, "put a transition between two steps")
+                found.setdefault(id(above), []).append(name)
+        return found
+
+    # --- elements ---
+
+    def _step(self, element: Element, associations: tuple[Association, ...]) -> Step:
+        name = element.get("name")
+        if not re.fullmatch(r"[^\W\d]\w*", name):
+            raise ChartError(f"{name!r} is not the name of a step", element.at, "rename it")
+        initial = element.get("initialStep") in ("true", "1")
+        return Step(name, initial, associations, element.at)
+
+    def _blocks(self) -> dict[int, tuple[Association, ...]]:
+        """Return the associations of each step."""
+        found: dict[int, tuple[Association, ...]] = {}
+        for block in self._all("actionBlock"):
+            steps = [one for one in self._inputs(block) if one.name == "step"]
+            if not steps:
+                text = "an action block is not connected to a step"
+                raise ChartError(text, block.at, "connect it, or remove it")
+            for step in steps:
+                old = found.get(id(step), ())
+                made = tuple(self._associations(block, step.get("name"), len(old)))
+                found[id(step)] = (*old, *made)
+        return found
+
+    def _associations(self, block: Element, step: str, before: int) -> Iterator[Association]:
+        for number, one in enumerate(block.all("action"), before + 1):
+            qualifier = one.get("qualifier", "N").upper() or "N"
+            if qualifier not in QUALIFIERS:
+                text = f"{qualifier} in the step {step} is not a qualifier"
+                raise ChartError(text, one.at, f"use one of {', '.join(QUALIFIERS)}")
+            time = one.get("duration")
+            if qualifier in TIMED and not time:
+                text = f"an action with {qualifier} in the step {step} has no time"
+                raise ChartError(text, one.at, "give it a duration")
+            reference, inline = one.first("reference"), one.first("inline")
+            if reference is not None:
+                name = reference.get("name")
+                self._refer(name, one)
+            elif inline is not None:
+                name = f"{step}_Inline{number}"
+                body = self._inline(inline, f"an action of the step {step}")
+                self._actions[name.upper()] = Action(name, body, one.at)
+            else:
+                text = f"an action of the step {step} has neither a name nor statements"
+                raise ChartError(text, one.at, "give it a name")
+            yield Association(name, qualifier, time if qualifier in TIMED else "", one.at)
+
+    def _refer(self, name: str, at: Element) -> None:
+        """Add the action of a name, unless the name belongs to a variable."""
+        body = self._bodies.get(name.upper())
+        if isinstance(body, Foreign):
+            raise ChartError(f"the action {name} {body.says}", body.at, "")
+        if body is not None:
+            self._actions.setdefault(name.upper(), Action(name, body, at.at))
+
+    def _inline(self, element: Element, what: str) -> Lines:
+        found = [one for one in element.children if one.name not in _IGNORED]
+        if len(found) != 1 or found[0].name != "ST":
+            language = found[0].name if found else "no language"
+            hint = "write it in Structured Text"
+            raise ChartError(f"{what} is in {language} and is not read", element.at, hint)
+        return self._text(found[0])
+
+    def _transition(self, element: Element, targets: tuple[str, ...]) -> Transition:
+        above = list(self._above(element))
+        steps = [one.get("name") for one in above if one.name == "step"]
+        if not steps or len(steps) != len(above):
+            text = "a transition is not connected to a step above it"
+            raise ChartError(text, element.at, "connect it to a step")
+        if not targets:
+            text = f"the transition behind {', '.join(steps)} leads to no step"
+            raise ChartError(text, element.at, "connect it to a step or a jump")
+        priority = element.get("priority")
+        made = Transition(
+            tuple(steps),
+            tuple(dict.fromkeys(targets)),
+            (),
+            int(priority) if priority.isdigit() and int(priority) else None,
+            at=element.at,
+        )
+        what = f"the condition of the transition {made.label}"
+        lines, name = self._condition(element, what)
+        condition = _expression(lines)
+        if not condition:
+            raise ChartError(f"{what} is empty", element.at, "write TRUE if it always fires")
+        return replace(made, condition=condition, name=name)
+
+    def _condition(self, element: Element, what: str) -> tuple[Lines, str]:
+        condition = element.first("condition")
+        if condition is None:
+            return (), ""
+        reference, inline = condition.first("reference"), condition.first("inline")
+        if inline is not None:
+            return self._inline(inline, what), ""
+        if reference is not None:
+            name = reference.get("name")
+            body = self._named.get(name.upper())
+            if isinstance(body, Foreign):
+                raise ChartError(f"the transition {name} {body.says}", body.at, "")
+            # A name that is not a transition of the POU is a Boolean variable.
+            return (body, name) if body is not None else ((Line(name, condition.at),), "")
+        if any(condition.below("connection")):
+            hint = "write it in Structured Text, inline"
+            raise ChartError(f"{what} is a network and is not read", condition.at, hint)
+        return (), ""
+
+
+def _expression(lines: Lines) -> Lines:
+    """Return the lines of a condition without := before it and ; behind it."""
+    found = list(lines)
+    while found and not re.sub(r"^\s*:=", "", found[0].text).strip():
+        del found[0]
+    while found and not re.sub(r";\s*$", "", found[-1].text).strip():
+        found.pop()
+    if found:
+        found[0] = replace(found[0], text=re.sub(r"^\s*:=", "", found[0].text))
+        found[-1] = replace(found[-1], text=re.sub(r"\s*;\s*$", "", found[-1].text))
+    return tuple(found)
+
+
+def _x(element: Element) -> float:
+    position = element.first("position")
+    try:
+        return float(position.get("x", "0")) if position is not None else 0.0
+    except ValueError:
+        return 0.0
