@@ -99,4 +99,4 @@ def test_make_fuzz_prints_its_seed_and_its_result(repository: Path) -> None:
     lines = done.stdout.splitlines()
     assert lines[0] == "seed 4"
     assert lines[1].startswith("20 attacks with seed 4: ")
-    assert "2 checks by the peers that behave" in lines[3]
+    assert "2 checks by well-behaved peers" in lines[3]

@@ -423,7 +423,7 @@ def _doubtful() -> PlcBench:
 def test_after_a_refused_start_a_relative_row_stays_doubtful(
     pins: dict[str, Any], error: int
 ) -> None:
-    """A refused start does not clear the doubt whether a relative row has been executed.
+    """After a refused start the block still reports that a relative row may have been executed.
 
     The start is refused because of an illegal row or a stop.
 

@@ -64,7 +64,7 @@ def test_its_tests_pass_with_areas_of_256_bytes(pytester: pytest.Pytester) -> No
 
 
 @pytest.mark.exhaustive
-def test_the_tests_of_a_new_project_detect_a_program_that_restarts_by_itself(
+def test_the_tests_of_a_new_project_detect_an_automatic_restart(
     pytester: pytest.Pytester,
 ) -> None:
     """If the program of a new project restarts by itself, one test of the project fails."""

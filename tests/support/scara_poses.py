@@ -33,7 +33,7 @@ _MOST_HAND, _MOST_SHIFT = 300, 500
 #: Additional tolerance for a shift and a hand on the R axis, and another for distant zeros [pulse].
 _MOST_TURNS, _MOST_ZERO = 10, 900_000_000
 
-#: Tolerances from the heads of the blocks, by the attributes of Worst.
+#: Tolerances as in the header comments of the blocks. The keys are attributes of `Worst`.
 LIMITS = {"place": 0.002, "turn": 0.001, "pulses": 2.0, "back": 0.02}
 
 _PROGRAM = """PROGRAM Kinematics

@@ -97,7 +97,7 @@ class Options(FarmOptions):
     ] = None
     begin: Annotated[
         str | None,
-        typer.Option(help="With --robot: time at which it begins. Default: after the stimulus."),
+        typer.Option(help="With --robot: start of the exploration. Default: end of the stimulus."),
     ] = None
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE
     m: Annotated[int, typer.Option(help="First byte of the area from the robot.")] = 0

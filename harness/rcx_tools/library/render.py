@@ -165,8 +165,8 @@ def _outputs(block: Block) -> list[_Row]:
         ("Active", "BOOL", "this block has the turn and uses the command words"),
         ("Error", "BOOL", "refused, abnormal end, timeout or lost link; see ErrorID"),
         ("ErrorID", "WORD", "docs/reference/errors.md; 16#0000 = none"),
-        ("AlarmGroup", "WORD", "after an abnormal end: 12 of alarm 12.600; else 0"),
-        ("AlarmCategory", "WORD", "after an abnormal end: 600 of alarm 12.600; else 0"),
+        ("AlarmGroup", "WORD", "alarm group, such as 12 of alarm 12.600; 0 = no alarm"),
+        ("AlarmCategory", "WORD", "alarm category, such as 600 of alarm 12.600; 0 = no alarm"),
         *((pin.pin, pin.type, pin.comment) for pin in block.outputs),
     ]
 

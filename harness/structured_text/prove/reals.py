@@ -1,9 +1,9 @@
 """REAL and LREAL values as terms of the solver.
 
-A stored REAL is its IEEE 754 pattern of 32 bits. On patterns, comparisons, signs and powers of two
-are exact and cheap; all other operations use the solver's floating point. As in the engines, an
-untyped literal keeps double precision in REAL arithmetic until the result is stored or passed
-(`wide`).
+A stored REAL is its IEEE 754 pattern of 32 bits. Comparisons, signs and powers of two are
+calculated with the pattern, which is exact and fast. All other operations use the solver's floating
+point. As in the engines, an untyped literal keeps double precision in REAL arithmetic until the
+result is stored or passed (see `wide`).
 """
 
 from __future__ import annotations

@@ -155,8 +155,8 @@ class Guide:
     def _least_us(self, key: str, now_us: int) -> int:
         """Return the lower limit of a delay [us]; 0 if there is none.
 
-        If the PLC changed a command before the controller accepted or ended it, the delay was
-        longer than the time to this change.
+        Example: the PLC changed its command after 30 ms, and the controller had not accepted the
+        command by then. The delay was therefore longer than 30 ms.
         """
         status = self._recorded[STATUS]
         if key == "command_accept_delay":

@@ -41,7 +41,7 @@ class Track:
         self._lane = Lane(name, kind, show=show)
 
     def take(self, record: Record) -> None:
-        """Record the value of the signal if the record is a scan."""
+        """Store the value of the signal if this entry of the trace is a scan."""
         if isinstance(record, Scan):
             self._lane.note(record.t_us, self._value(record))
 

@@ -23,7 +23,10 @@ _ANY_STATUS = (
 
 
 def _prompt(end: str) -> Callable[[Wire], str]:
-    """Return a function for a controller that answers at once: it maps a wire to a situation."""
+    """Return a function from the values on the wire to the next situation.
+
+    The function describes a controller that answers at once.
+    """
 
     def situation(wire: Wire) -> str:
         code = wire.code & 0x0FFF

@@ -122,7 +122,7 @@ class Explorer(World[Choice]):
         self._idle[1].append(not any(one.works for one in self._after.notes[1:-1]))
 
     def entered(self, state: bytes) -> None:
-        """Record the choices of the quiet environments in the state that is explored next."""
+        """Record what each quiet environment selects in the state that is explored next."""
         wire = self._oracle.wire(state[self._packed.size :])
         self._now_quiet = [choice[wire] for choice in self._quiet]
 
