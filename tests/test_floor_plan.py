@@ -29,7 +29,6 @@ PLANS = {
         ("debug", "explore", "testing"),
         ("export", "mutants", "coverage", "prove", "bench"),
         ("projects", "engines", "farm"),
-        ("diagrams",),
         ("language",),
         ("output",),
         ("errors",),

@@ -9,11 +9,11 @@ from typing import Annotated
 import typer
 
 from rcx_harness.cli.options import Device, counted
-from structured_text.diagrams.sfc.text import with_charts
 from structured_text.errors import InputError, legible
 from structured_text.language.dialects import rules_of
 from structured_text.language.source import source_text
 from structured_text.output.files import replace_files
+from structured_text.projects.diagrams.sfc.text import with_charts
 from structured_text.projects.formats import is_project
 from structured_text.projects.model import Project
 from structured_text.projects.open import read_project

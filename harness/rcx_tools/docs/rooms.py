@@ -33,7 +33,6 @@ PLANS: Mapping[str, Plan] = {
         {"testing": 1.7, "debug": 3, "explore": 4.3},
         {"export": 0, "mutants": 1.1, "coverage": 2.3, "prove": 3.5, "bench": 4.8},
         {"projects": 0.5, "engines": 2.3, "farm": 4.3},
-        {"diagrams": 0.5},
         {"language": 1.5},
         {"output": 1, "errors": 3},
     ),

@@ -25,7 +25,6 @@ _BASE = (
     "harness/rcx_tools/library",
     *(f"harness/rcx_harness/{name}" for name in ("cell", "robot", "spec", "trace", "watch")),
     *(f"harness/structured_text/{name}" for name in ("bench", "engines", "errors", "language")),
-    "harness/structured_text/diagrams",
     "harness/structured_text/projects",
     "harness/structured_text/output/units.py",
 )

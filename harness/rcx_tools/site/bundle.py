@@ -18,7 +18,7 @@ _HERE = Path(__file__).resolve().parent
 #: Top-level folders of the packages that a cell needs. They import no other top-level folder.
 _ROOMS = {
     "rcx_harness": ("cell", "robot", "spec", "trace", "watch"),
-    "structured_text": ("bench", "diagrams", "engines", "language", "output", "projects"),
+    "structured_text": ("bench", "engines", "language", "output", "projects"),
 }
 #: Modules of lark that the harness does not import.
 _LEFT_OUT = ("__pyinstaller", "tools")

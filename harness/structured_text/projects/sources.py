@@ -15,13 +15,13 @@ from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
-from structured_text.diagrams.sfc.text import has_chart, with_charts
 from structured_text.errors import InputError
 from structured_text.language.dialects import chosen, dialect_of, rules_of
 from structured_text.language.source import in_dialect, source_text
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
+from structured_text.projects.diagrams.sfc.text import has_chart, with_charts
 from structured_text.projects.formats import in_folder, is_project
 from structured_text.projects.model import Library
 from structured_text.projects.needed import declared_names, needed

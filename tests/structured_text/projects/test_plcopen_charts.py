@@ -114,6 +114,11 @@ def test_a_chart_is_executed(opened: _Open, company: str, last: int) -> None:
         (_when("Go"), "", "the condition of the transition Start -> (L, R) is empty"),
         ('qualifier="N"', 'qualifier="SD"', "an action with SD in the step L has no time"),
         ('targetName="Start"', 'targetName="Stat"', "there is no step Stat"),
+        (
+            '<step localId="4" name="L">',
+            '<step localId="4" name="L"><addData><data name="x"><EntryAction/></data></addData>',
+            "the step L has an entry, exit or main action of the tool",
+        ),
         ("<ST><xhtml:p>N := N + 1;</xhtml:p></ST>", "<LD/>", "the action Work is in Ladder"),
         (
             "<ST><xhtml:p>NOT Go</xhtml:p></ST>",

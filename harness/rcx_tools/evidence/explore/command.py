@@ -46,8 +46,7 @@ EVERY_BUG = (*SEEDED, *interlock.SEEDED)
 #: Besides the blocks, a saved outcome depends on these modules and on the grammar. A change in one
 #: of these makes the outcome invalid.
 RULES = (
-    *(f"structured_text/{name}" for name in ("diagrams", "engines", "explore")),
-    *(f"structured_text/{name}" for name in ("language", "projects")),
+    *(f"structured_text/{name}" for name in ("engines", "explore", "language", "projects")),
     "rcx_harness/verify/explore/state_tables.py",
     "rcx_tools/evidence/explore",
 )

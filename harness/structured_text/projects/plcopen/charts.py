@@ -10,11 +10,12 @@ Source: PLCopen TC6 XML 2.01, sfcObjects.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 
-from structured_text.diagrams.sfc.check import ChartError, check
-from structured_text.diagrams.sfc.model import (
+from structured_text.language.source import Line
+from structured_text.projects.diagrams.sfc.check import ChartError, check
+from structured_text.projects.diagrams.sfc.model import (
     QUALIFIERS,
     TIMED,
     Action,
@@ -23,7 +24,6 @@ from structured_text.diagrams.sfc.model import (
     Step,
     Transition,
 )
-from structured_text.language.source import Line
 from structured_text.projects.model import Foreign, Lines
 from structured_text.projects.xml import Element
 
@@ -126,6 +126,12 @@ class _Reader:
         name = element.get("name")
         if not re.fullmatch(r"[^\W\d]\w*", name):
             raise ChartError(f"{name!r} is not the name of a step", element.at, "rename it")
+        if any(map(_is_action, _descendants(element.all("addData")))):
+            raise ChartError(
+                f"the step {name} has an entry, exit or main action of the tool",
+                element.at,
+                "write it as an action block",
+            )
         initial = element.get("initialStep") in ("true", "1")
         return Step(name, initial, associations, element.at)
 
@@ -245,3 +251,15 @@ def _x(element: Element) -> float:
         return float(position.get("x", "0")) if position is not None else 0.0
     except ValueError:
         return 0.0
+
+
+def _descendants(elements: Iterable[Element]) -> Iterator[Element]:
+    """Yield the elements and all elements below them."""
+    for element in elements:
+        yield element
+        yield from _descendants(element.children)
+
+
+def _is_action(element: Element) -> bool:
+    """Return whether the name or an attribute of an element is about an action."""
+    return any("action" in text.lower() for text in (element.name, *element.attributes.values()))

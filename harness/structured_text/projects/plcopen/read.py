@@ -12,10 +12,10 @@ from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
-from structured_text.diagrams.sfc.names import Names
-from structured_text.diagrams.sfc.translate import translate
 from structured_text.errors import InputError
 from structured_text.language.source import Line
+from structured_text.projects.diagrams.sfc.names import Names
+from structured_text.projects.diagrams.sfc.translate import translate
 from structured_text.projects.model import (
     Foreign,
     Library,

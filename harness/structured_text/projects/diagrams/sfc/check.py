@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from structured_text.diagrams.sfc.model import Chart
 from structured_text.errors import near
+from structured_text.projects.diagrams.sfc.model import Chart
 
 __all__ = ["ChartError", "check"]
 

@@ -17,9 +17,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
-from structured_text.diagrams.sfc.model import Action, Association, Chart, Step, Transition
-from structured_text.diagrams.sfc.names import Names, replaced
 from structured_text.language.source import Line
+from structured_text.projects.diagrams.sfc.model import Action, Association, Chart, Step, Transition
+from structured_text.projects.diagrams.sfc.names import Names, replaced
 
 __all__ = ["translate"]
 

@@ -16,8 +16,11 @@ from typing import NoReturn
 
 from lark import Token
 
-from structured_text.diagrams.sfc.check import ChartError, check
-from structured_text.diagrams.sfc.model import (
+from structured_text.errors import InputError, near
+from structured_text.language.lexer import Notes, tokens
+from structured_text.language.source import Extract, Line, origin, source_text
+from structured_text.projects.diagrams.sfc.check import ChartError, check
+from structured_text.projects.diagrams.sfc.model import (
     QUALIFIERS,
     TIMED,
     Action,
@@ -26,11 +29,8 @@ from structured_text.diagrams.sfc.model import (
     Step,
     Transition,
 )
-from structured_text.diagrams.sfc.names import Names
-from structured_text.diagrams.sfc.translate import translate
-from structured_text.errors import InputError, near
-from structured_text.language.lexer import Notes, tokens
-from structured_text.language.source import Extract, Line, origin, source_text
+from structured_text.projects.diagrams.sfc.names import Names
+from structured_text.projects.diagrams.sfc.translate import translate
 
 __all__ = ["has_chart", "with_charts"]
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.diagrams.sfc.text import with_charts
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
 from structured_text.language.load import load
+from structured_text.projects.diagrams.sfc.text import with_charts
 
 Run = Callable[..., list[list[int]]]
 

@@ -12,11 +12,11 @@ from pathlib import Path
 
 import pytest
 
-from structured_text.diagrams.sfc.text import with_charts
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.native.toolchain import find_c_compiler
 from structured_text.language.load import load
+from structured_text.projects.diagrams.sfc.text import with_charts
 
 pytestmark = pytest.mark.exhaustive
 
@@ -116,7 +116,7 @@ def _theirs(
     """Return the variables behind each scan of a program that matiec compiles with its chart."""
     source = folder / "matiec.st"
     source.write_text(text + _CONFIGURATION)
-    call = [matiec.iec2c, "-I", matiec.library, "-T", folder, source]
+    call: list[str | Path] = [matiec.iec2c, "-I", matiec.library, "-T", folder, source]
     subprocess.run(call, check=True, capture_output=True)
     reads = "".join(
         f'if (scanf("%d", &v) != 1) return 0; m.{name}.value = v;\n' for name in _INPUTS
@@ -133,7 +133,17 @@ def _theirs(
     compiler = find_c_compiler()
     assert compiler is not None
     headers = matiec.headers
-    built = [compiler, "-w", "-I", headers, "-I", folder, "-o", folder / "run", folder / "main.c"]
+    built: list[str | Path] = [
+        compiler,
+        "-w",
+        "-I",
+        headers,
+        "-I",
+        folder,
+        "-o",
+        folder / "run",
+        folder / "main.c",
+    ]
     subprocess.run(built, check=True, capture_output=True)
     given = "\n".join(" ".join(map(str, row)) for row in rows)
     run = subprocess.run([folder / "run"], input=given, capture_output=True, text=True, check=True)
