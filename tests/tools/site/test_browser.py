@@ -412,6 +412,8 @@ def test_the_playground_follows_the_switch_of_the_site(
     ink = "getComputedStyle(document.documentElement).colorScheme"
     chart = "document.getElementById('chart').srcdoc.match(/data-theme=\"(\\w+)\"/)[1]"
     switch = "document.querySelector('[data-md-component=palette] label:not([hidden])').click()"
+    # A page of another test may have stored its scheme after the end of that test.
+    browser.execute_script("localStorage.clear()")
     try:
         _wears(browser, "dark")
         page.until(f"{ink} === 'dark'")
