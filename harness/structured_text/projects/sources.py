@@ -21,7 +21,7 @@ from structured_text.language.source import in_dialect, source_text
 from structured_text.output.exported import RECORD, own_output, resolved
 from structured_text.output.paths import real
 from structured_text.output.reading import check_file
-from structured_text.projects.diagrams.sfc.text import has_chart, with_charts
+from structured_text.projects.diagrams.sfc.model import has_chart
 from structured_text.projects.formats import in_folder, is_project
 from structured_text.projects.model import Library
 from structured_text.projects.needed import declared_names, needed
@@ -172,7 +172,12 @@ def _plain(file: Path, seen: _Stamp | None, final_scan: bool) -> Path:
         text = source_text(file)
     except (InputError, OSError):
         return file
-    return with_charts(file, final_scan=final_scan) if has_chart(text) else file
+    if not has_chart(text):
+        return file
+    # Imported here because the reader of charts needs lark, which other programs do not need.
+    from structured_text.projects.diagrams.sfc.text import with_charts
+
+    return with_charts(file, final_scan=final_scan)
 
 
 def _dialect(given: str | None, said: Sequence[tuple[str, Path]], own: Sequence[Path]) -> str:

@@ -5,12 +5,13 @@ Source: IEC 61131-3, 2.6 (third edition: 6.7).
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass, field
 
 from structured_text.language.source import Line
 
 __all__ = ["PULSES", "QUALIFIERS", "STORED", "TIMED", "Action", "Association", "Chart", "Step"]
-__all__ += ["Transition"]
+__all__ += ["Transition", "has_chart"]
 
 #: Qualifiers with a time.
 TIMED = ("L", "D", "SD", "DS", "SL")
@@ -19,6 +20,12 @@ PULSES = ("P", "P1", "P0")
 #: Qualifiers whose effect lasts longer than the step, until R.
 STORED = ("S", "SD", "DS", "SL")
 QUALIFIERS = ("N", "R", "S", *PULSES, *TIMED)
+_CHART = re.compile(r"\bINITIAL_STEP\b", re.IGNORECASE)
+
+
+def has_chart(text: str) -> bool:
+    """Return whether a source may contain a chart; the word may also be in a comment."""
+    return _CHART.search(text) is not None
 
 
 @dataclass(frozen=True)

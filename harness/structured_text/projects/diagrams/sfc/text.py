@@ -28,23 +28,18 @@ from structured_text.projects.diagrams.sfc.model import (
     Chart,
     Step,
     Transition,
+    has_chart,
 )
 from structured_text.projects.diagrams.sfc.names import Names
 from structured_text.projects.diagrams.sfc.translate import translate
 
-__all__ = ["has_chart", "with_charts"]
+__all__ = ["with_charts"]
 
-_CHART = re.compile(r"\bINITIAL_STEP\b", re.IGNORECASE)
 _NAME = re.compile(r"[^\W\d]\w*")
 _POUS = ("PROGRAM", "FUNCTION_BLOCK")
 _ELEMENTS = ("INITIAL_STEP", "STEP", "TRANSITION", "ACTION")
 #: Words that may stand behind a chart in its POU.
 _MEMBERS = ("METHOD", "PROPERTY")
-
-
-def has_chart(text: str) -> bool:
-    """Return whether a source may contain a chart; the word may also be in a comment."""
-    return _CHART.search(text) is not None
 
 
 def with_charts(file: Path, *, final_scan: bool = True) -> Path:
