@@ -13,6 +13,7 @@ from structured_text.errors import InputError, legible
 from structured_text.language.dialects import rules_of
 from structured_text.language.source import source_text
 from structured_text.output.files import replace_files
+from structured_text.output.paths import real
 from structured_text.projects.diagrams.sfc.text import with_charts
 from structured_text.projects.formats import is_project
 from structured_text.projects.model import Project
@@ -47,11 +48,13 @@ def import_(
     """
     named = named_files(files)
     charts: dict[str, str] = {}
+    origins: dict[str, Path] = {}
     for file in named:
         if is_project(file):
             continue
         chart = with_charts(file) if file.suffix.lower() == ".st" else file
         if chart is not file:
+            _check_target(file, out, origins)
             charts[file.name] = source_text(chart)
         else:
             raise InputError(
@@ -61,7 +64,15 @@ def import_(
             )
     projects = [file for file in named if is_project(file)]
     project = read_project(projects, device) if projects else Project()
-    texts = {**charts, **st_texts(project)}
+    written = st_texts(project)
+    for name in written:
+        if name.casefold() in origins:
+            raise InputError(
+                f"the project also writes a file {name}",
+                file=origins[name.casefold()],
+                hint="import the file and the project into different folders",
+            )
+    texts = {**charts, **written}
     there = [out / name for name in texts if os.path.exists(out / name)]
     if there and not force:
         others = f", and {counted(len(there) - 1, 'more file')}" if len(there) > 1 else ""
@@ -84,3 +95,13 @@ def import_(
         print(f"run it as the project: rcx run {out} --dialect {next(iter(spoken))}")
     if foreign:
         raise typer.Exit(1)
+
+
+def _check_target(file: Path, out: Path, origins: dict[str, Path]) -> None:
+    """Raise InputError if the translation of a chart would overwrite an input or another one."""
+    first = origins.setdefault(file.name.casefold(), file)
+    if first is not file:
+        hint = "rename one of them, or import them into different folders"
+        raise InputError(f"has the same name as {first}", file=file, hint=hint)
+    if real(out / file.name) == real(file):
+        raise InputError("would be overwritten", file=file, hint="name another folder with -o")

@@ -202,13 +202,48 @@ def test_structured_text_cannot_be_imported(
     assert "lamp.st: is already Structured Text" in capsys.readouterr().err
 
 
+_LAMP = "PROGRAM Lamp VAR V : BOOL; END_VAR INITIAL_STEP S: V (N); END_STEP END_PROGRAM\n"
+
+
 def test_a_chart_in_text_form_is_imported_as_statements(tmp_path: Path) -> None:
     """Source: rcx import --help."""
     chart = tmp_path / "Lamp.st"
-    chart.write_text(
-        "PROGRAM Lamp VAR V : BOOL; END_VAR INITIAL_STEP S: V (N); END_STEP END_PROGRAM\n"
-    )
+    chart.write_text(_LAMP)
     assert main(["import", str(chart), "-o", str(tmp_path / "out")]) == 0
     text = (tmp_path / "out" / "Lamp.st").read_text()
     assert "INITIAL_STEP" not in text
     assert "V := " in text
+
+
+def test_charts_with_the_same_file_name_are_refused_and_nothing_is_written(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """Otherwise the translation of the second chart would replace that of the first."""
+    for folder, name in (("a", "Lamp.st"), ("b", "LAMP.st")):
+        (tmp_path / folder).mkdir()
+        (tmp_path / folder / name).write_text(_LAMP)
+    charts = [str(tmp_path / "a" / "Lamp.st"), str(tmp_path / "b" / "LAMP.st")]
+    assert main(["import", *charts, "-o", str(tmp_path / "out")]) == 2
+    assert "has the same name as" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_chart_does_not_overwrite_its_own_file_even_with_force(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chart = tmp_path / "Lamp.st"
+    chart.write_text(_LAMP)
+    assert main(["import", str(chart), "-o", str(tmp_path), "--force"]) == 2
+    assert "would be overwritten" in capsys.readouterr().err
+    assert chart.read_text() == _LAMP
+
+
+def test_a_chart_and_a_project_that_write_the_same_file_are_refused(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    chart, project = tmp_path / "Lamp.st", tmp_path / "cell.scl"
+    chart.write_text(_LAMP)
+    project.write_text("FUNCTION_BLOCK Lamp\nBEGIN\nEND_FUNCTION_BLOCK\n")
+    assert main(["import", str(chart), str(project), "-o", str(tmp_path / "out")]) == 2
+    assert "also writes a file Lamp.st" in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()

@@ -1,1 +1,0 @@
-"""Networks of Ladder Diagrams (LD) and Function Block Diagrams (FBD)."""
