@@ -1,0 +1,1 @@
+"""Ladder and Function Block Diagrams: their model and their translation to statements."""
