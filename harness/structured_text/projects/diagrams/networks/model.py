@@ -13,7 +13,7 @@ from dataclasses import dataclass, field
 from typing import TypeAlias
 
 __all__ = ["EDGES", "STORAGES", "Block", "Coil", "Connection", "Connector", "Contact"]
-__all__ += ["Continuation", "Diagram", "Element", "Input", "InVariable", "Jump", "Network"]
+__all__ += ["Continuation", "Diagram", "Element", "InVariable", "Input", "Jump", "Network"]
 __all__ += ["OutVariable", "Output", "Position", "Rail", "Return"]
 
 #: Edges of a contact, a coil or a pin; empty for none.
@@ -54,7 +54,7 @@ class Input:
 
     Attributes:
         name: The formal name of a block's input; empty for elements with one input.
-        connections: The lines that end here; several are joined by OR. None if nothing is connected.
+        connections: The lines that end here; several are joined by OR. Empty if there are none.
         value: An expression that is written at the pin instead of a line; otherwise empty.
         negated: Whether the value is inverted.
         edge: One of `EDGES`: whether the value is TRUE only at an edge.
