@@ -49,11 +49,14 @@ class Line:
         text: The line without its line end.
         at: Line in the file, from 1.
         shift: Number to add to a column of this text to get the column in the file.
+        network: The network or rung that the line was translated from, such as `rung 3`; empty for
+            a line of text.
     """
 
     text: str
     at: int
     shift: int = 0
+    network: str = ""
 
 
 @dataclass(frozen=True)
