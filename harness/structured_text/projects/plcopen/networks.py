@@ -84,7 +84,8 @@ class _Reader:
     def __init__(self, body: Xml, dialect: str) -> None:
         self._body, self._dialect = body, dialect
         self._objects = [one for one in body.children if one.get("localId")]
-        self._unplaced = dialect in _UNPLACED or any(_data(one, *_MARKS) for one in self._objects)
+        marks = [mark for one in self._objects for mark in _data(one, *_MARKS)]
+        self._unplaced = dialect in _UNPLACED or bool(marks)
         self._branches: list[Branch] = []
 
     def diagram(self) -> Diagram:
