@@ -10,7 +10,6 @@ import re
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 
-from structured_text.language.scalars import ANY_INT, ANY_REAL
 from structured_text.language.standard import BLOCKS
 from structured_text.language.types import Variable
 from structured_text.projects.model import Lines, Unit, without_comments
@@ -161,7 +160,7 @@ class Declarations:
         return name.upper() in self._lists
 
     def field(self, kind: str, name: str) -> str:
-        """Return the type of a field of a structure, a variable of a block or a list; else empty."""
+        """Return the type of a field of a structure, list or block; empty if it is unknown."""
         key, name = kind.upper(), name.upper()
         for _ in range(20):  # a chain of bases or names; a longer one is a circle
             if key in self._lists and name in self._lists[key]:
@@ -214,6 +213,10 @@ class Types:
     def is_own(self, name: str) -> bool:
         """Return whether a variable belongs to the POU alone."""
         return name.upper() in self._own
+
+    def is_list(self, name: str) -> bool:
+        """Return whether a name is that of a list of global variables."""
+        return not self.is_own(name) and self._declared.listed(name)
 
     def of(self, expression: str) -> str:
         """Return the type of a variable or literal; empty if it is unknown."""
@@ -307,8 +310,3 @@ def _closing(text: str, behind: int) -> int:
 
 def _standard_pin(variable: Variable) -> Pin:
     return Pin(variable.name, variable.type.name, variable.section)
-
-
-def is_number(kind: str) -> bool:
-    """Return whether a type is a number, or that of a literal number."""
-    return kind.upper() in (*ANY_INT, *ANY_REAL, ANY_INTEGER, ANY_NUMBER)
