@@ -95,6 +95,7 @@ class _Reader:
             found.append((order.get(made.sources[0].upper(), 0), _x(one), made))
         found.sort(key=lambda one: one[:2])
         transitions = tuple(one for _, _, one in found)
+        self._diagrams.finish()
         if self._diagrams.blocks:
             steps = self._with_blocks(steps)
         before = tuple(self._diagrams.before)

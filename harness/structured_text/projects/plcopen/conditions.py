@@ -49,6 +49,8 @@ class Diagrams:
         self._chart, self._dialect, self._names = chart, dialect, names
         self._translate = translate
         self._count = 0
+        self._ends: dict[str, Xml] = {}
+        self._results: dict[str, str] = {}
         self.section: list[Line] = []
         self.before: list[Line] = []
         self.blocks: list[Line] = []
@@ -67,21 +69,28 @@ class Diagrams:
         # An output stands for the transition, so that its lines are read like all others.
         text = Xml("expression", {}, condition.at, [Line(variable, condition.at)])
         points = [*transition.all("position"), *condition.all("connectionPointIn"), text]
-        end = Xml("outVariable", {"localId": variable}, condition.at, [*points])
-        whole = read_diagram(
-            replace(self._chart, content=[*self._chart.content, end]), self._dialect
-        )
+        self._ends[variable] = Xml("outVariable", {"localId": variable}, condition.at, [*points])
+        return variable
+
+    def finish(self) -> None:
+        """Translate the networks of all connected conditions, which may share blocks."""
+        if not self._ends:
+            return
+        chart = replace(self._chart, content=[*self._chart.content, *self._ends.values()])
+        whole = read_diagram(chart, self._dialect)
         known = {one.id: one for one in whole.elements}
-        used = {one.id for one in _needed(known[variable], known)}
+        used = {one.id for name in self._ends for one in _needed(known[name], known)}
         elements = tuple(one for one in whole.elements if one.id in used)
         numbers = {one.network for one in elements}
         networks = tuple(one for one in whole.networks if one.number in numbers)
-        self._compute(replace(whole, networks=networks, elements=elements), variable)
-        return variable
+        self._compute(replace(whole, networks=networks, elements=elements), *self._ends)
 
     def result(self, diagram: Diagram, name: str, at: int) -> str:
         """Return the variable of a transition that is assigned in its own diagram."""
+        if name.upper() in self._results:
+            return self._results[name.upper()]
         variable = self._variable(at)
+        self._results[name.upper()] = variable
         elements: list[Element] = []
         for one in diagram.elements:
             if isinstance(one, OutVariable) and one.expression.upper() == name.upper():
@@ -102,13 +111,13 @@ class Diagrams:
         self.section += made(at, "  VAR", f"    {variable} : BOOL;", "  END_VAR")
         return variable
 
-    def _compute(self, diagram: Diagram, variable: str) -> None:
+    def _compute(self, diagram: Diagram, *variables: str) -> None:
         lines = self._translate(diagram)
         if not diagram.by_position:
             _check_memory(diagram)
             self.before += lines
             return
-        own = re.compile(rf"\s*{variable}\s*:=")
+        own = re.compile(rf"\s*({'|'.join(variables)})\s*:=")
         plain = without_comments("\n".join(line.text for line in lines)).split("\n")
         for line, text in zip(lines, plain, strict=True):
             if own.match(text):
