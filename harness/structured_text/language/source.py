@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from codecs import BOM_UTF8
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from structured_text.errors import InputError
+from structured_text.errors import NO_COLUMN, InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
@@ -15,6 +15,7 @@ __all__ = [
     "ELSEWHERE",
     "Extract",
     "Line",
+    "NetworkLine",
     "Unread",
     "in_dialect",
     "is_narrow",
@@ -48,15 +49,43 @@ class Line:
     Attributes:
         text: The line without its line end.
         at: Line in the file, from 1.
-        shift: Number to add to a column of this text to get the column in the file.
-        network: The network or rung that the line was translated from, such as `rung 3`; empty for
-            a line of text.
+        shift: Number to add to a column of this text to get the column in the file; 0 for a line
+            with a network that has no column in the file.
+        network: The part of a drawing that the line was translated from, such as `rung 3`,
+            `network 3`, `step Fill` or `transition 2`; empty for a line of text.
     """
 
     text: str
     at: int
     shift: int = 0
     network: str = ""
+
+
+class NetworkLine(int):
+    """A line number that knows the part of a drawing at this line. It equals the plain number.
+
+    Attributes:
+        pou: Name of the POU with the drawing; empty if it is not known.
+        network: As in `Line`.
+    """
+
+    pou: str
+    network: str
+
+    def __new__(cls, line: int, pou: str, network: str) -> NetworkLine:
+        """Return a line number with its POU and network."""
+        made = super().__new__(cls, line)
+        made.pou, made.network = pou, network
+        return made
+
+    def __getnewargs__(self) -> tuple[int, str, str]:  # type: ignore[override]
+        """Return the arguments of `__new__` for pickle."""
+        return int(self), self.pou, self.network
+
+    @property
+    def place(self) -> str:
+        """Return POU and network for a message, such as `Main, rung 3`."""
+        return f"{self.pou}, {self.network}" if self.pou else self.network
 
 
 @dataclass(frozen=True)
@@ -114,14 +143,17 @@ class Extract(_AnyPath):
     ) -> Extract:
         """Return the extract of a file; without lines, a path that only carries the dialect."""
         made = cls(str(file))
-        made.lines, made.title, made.dialect = lines, title, dialect
+        made.lines, made.title, made.dialect = _told_apart(lines), title, dialect
         made.project, made.unread = project, unread
         return made
 
     def place(self, line: int) -> tuple[str, int]:
         """Return the file and line to show for a line number in this source."""
         if self.project and line > ELSEWHERE:
-            return self.project, line - ELSEWHERE
+            there = line - ELSEWHERE
+            if isinstance(line, NetworkLine):
+                there = NetworkLine(there, line.pou, line.network)
+            return self.project, there
         return str(self), line
 
     def __eq__(self, other: object) -> bool:
@@ -148,6 +180,28 @@ class Extract(_AnyPath):
             return Path, (str(self),)
         given = (str(self), self.lines, self.title, self.project, self.unread, self.dialect)
         return Extract.make, given
+
+
+def _told_apart(lines: tuple[Line, ...] | None) -> tuple[Line, ...] | None:
+    """Return the lines of a translation with columns that differ if the line in the file is equal.
+
+    Several statements of a network have the same line in the file. Without different columns, their
+    positions would be equal, and steps of the debugger, branches of the coverage and renamed
+    variables would be mixed up. The new columns are greater than `NO_COLUMN`, and are not shown.
+    """
+    if lines is None or not any(line.network for line in lines):
+        return lines
+    ends: dict[int, int] = {}
+    seen: set[int] = set()
+    made = []
+    for line in lines:
+        if not line.shift and (line.network or line.at in seen):
+            end = ends.setdefault(line.at, NO_COLUMN)
+            ends[line.at] = end + len(line.text) + 1
+            line = replace(line, shift=end)
+        seen.add(line.at)
+        made.append(line)
+    return tuple(made)
 
 
 def in_dialect(file: Path, dialect: str) -> Path:
@@ -214,4 +268,7 @@ def origin(file: Path, line: int, column: int) -> tuple[int, int]:
     if not lines:
         return line, column
     found = lines[min(line, len(lines)) - 1]
-    return found.at, max(1, column + found.shift)
+    column = max(1, column + found.shift)
+    if found.network:
+        return NetworkLine(found.at, getattr(file, "title", ""), found.network), column
+    return found.at, column
