@@ -5,8 +5,8 @@ from __future__ import annotations
 from rcx_harness.watch.calls_source import call_plan, steady_instances
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
-from structured_text.errors import place_text
 from structured_text.bench import compiled
+from structured_text.errors import place_text
 from structured_text.projects.sources import SourceFiles
 
 __all__ = ["Compiled"]

@@ -181,19 +181,17 @@ def _translated(
         if found is not None:
             waiting.remove(found)
         own = [found] if found is not None else []
-        yield _line(number, line, own, () if row else ways, anchor=not row)
+        yield _line(number, line, own, () if row else ways, row)
 
 
-def _line(
-    number: int, text: str, items: Sequence[Item], ways: Sequence[Item], *, anchor: bool = True
-) -> str:
-    """Return the row of a line; only the first row with a number is the target of links."""
+def _line(number: int, text: str, items: Sequence[Item], ways: Sequence[Item], row: int = 0) -> str:
+    """Return a row of the table; links go to row 0 of a line."""
     style = _style([*items, *ways])
     hits = str(min(item.hits for item in items)) if items else ""
     chips = "".join(_chip(way) for way in ways)
-    target = f' id="L{number}"' if anchor else ""
+    name = f"L{number}.{row}" if row else f"L{number}"
     return (
-        f'<tr{target} class="{style}"><td class="no">{number}</td>'
+        f'<tr id="{name}" class="{style}"><td class="no">{number}</td>'
         f'<td class="hits">{hits}</td><td class="marks">{chips}</td>'
         f'<td class="text">{escape(text)}</td></tr>'
     )
@@ -228,8 +226,8 @@ def _decision(decision: DecisionResult, network: str) -> Iterator[str]:
     style, mark = ("yes", "✓") if complete else ("soft", "·") if excused else ("no-mark", "✗")
     opened = "" if complete else " open"
     yield f'<details{opened}><summary><span class="{style}">{mark}</span>'
-    where = f"{escape(network)}: " if network else ""
-    yield f'<a href="#L{decision.line}">{decision.line}</a> {where}{escape(decision.text)}</summary>'
+    text = f"{network}: {decision.text}" if network else decision.text
+    yield f'<a href="#L{decision.line}">{decision.line}</a> {escape(text)}</summary>'
     yield "<div class='wide'><table><tr><th></th><th>Condition</th><th>TRUE</th><th>FALSE</th>"
     yield "<th>MC/DC</th><th>Unique-cause</th><th></th></tr>"
     for letter, one in zip(_letters(), decision.conditions, strict=False):

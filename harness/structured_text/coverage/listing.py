@@ -102,7 +102,6 @@ class Text:
         reasons: The reasons why lines are unreachable, by line number.
         networks: The rungs or networks that lines were translated from, such as `Main, rung 3`, by
             line number. The text of such a line is the translation.
-        statements: The first line of each statement of a rung or network, by its position.
         words: The keyword lines of each IF, CASE or loop, by the position of its first word.
 
     Raises:
@@ -113,7 +112,6 @@ class Text:
         self.lines: dict[int, str] = {}
         self.reasons: dict[int, str] = {}
         self.networks: dict[int, str] = {}
-        self.statements: dict[tuple[int, int], str] = {}
         self.words: dict[tuple[int, int], _Words] = {}
         own = file.read_text(encoding="utf-8", errors="replace").splitlines()
         for source in sources:
@@ -121,10 +119,9 @@ class Text:
             drawn: dict[int, list[str]] = {}
             names: dict[int, list[str]] = {}
             for number, shown in enumerate(text.splitlines(), 1):
-                at, column = origin(source, number, len(shown) - len(shown.lstrip()) + 1)
+                at, _ = origin(source, number, 1)
                 if isinstance(at, NetworkLine):
                     drawn.setdefault(int(at), []).append(shown)
-                    self.statements[at, column] = shown.strip()
                     names.setdefault(int(at), []).append(at.place)
                 # A line of the source may be assembled from several parts of the file. Then the
                 # line of the file is shown.
@@ -141,7 +138,7 @@ class Text:
 def listing(pou: t.Pou, plan: Plan, text: Text) -> Listing:
     """Return the items to cover in a POU."""
     found = Listing(pou.name, pou.at.line)
-    _Lister(found, plan, text).statements(pou.body)
+    _Lister(found, plan, text.words).statements(pou.body)
     return found
 
 
@@ -179,10 +176,10 @@ def _words(text: str, file: Path) -> dict[tuple[int, int], _Words]:
 class _Lister:
     """A walk through a body in the order in which the plan numbers statements and branches."""
 
-    def __init__(self, found: Listing, plan: Plan, text: Text) -> None:
+    def __init__(self, found: Listing, plan: Plan, words: dict[tuple[int, int], _Words]) -> None:
         self._found = found
         self._plan = plan
-        self._words, self._texts = text.words, text.statements
+        self._words = words
         self._forks = 0
         for one in plan.decisions:
             texts = [expression_text(condition) for condition in one.conditions]
@@ -193,8 +190,9 @@ class _Lister:
         """List the statements of a body and the items inside them."""
         before: t.Statement | None = None
         for node in body:
-            text = self._texts.get((node.at.line, node.at.column), "")
-            self._found.statements.append(Point(node.at.line, self._plan.run[id(node)], text))
+            line = node.at.line
+            text = line.text if isinstance(line, NetworkLine) else ""
+            self._found.statements.append(Point(line, self._plan.run[id(node)], text))
             if isinstance(node, t.If):
                 self._if(node)
             elif isinstance(node, t.Case):

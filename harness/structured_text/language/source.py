@@ -62,25 +62,37 @@ class Line:
 
 
 class NetworkLine(int):
-    """A line number that knows the part of a drawing at this line. It equals the plain number.
+    """A line number in a file, and the translated line that it belongs to.
+
+    It equals the plain number, so that only code that names a network distinguishes them.
 
     Attributes:
         pou: Name of the POU with the drawing; empty if it is not known.
-        network: As in `Line`.
+        line: The line of the translation.
     """
 
     pou: str
-    network: str
+    line: Line
 
-    def __new__(cls, line: int, pou: str, network: str) -> NetworkLine:
-        """Return a line number with its POU and network."""
-        made = super().__new__(cls, line)
-        made.pou, made.network = pou, network
+    def __new__(cls, number: int, pou: str, line: Line) -> NetworkLine:
+        """Return a line number with its POU and the line of the translation."""
+        made = super().__new__(cls, number)
+        made.pou, made.line = pou, line
         return made
 
-    def __getnewargs__(self) -> tuple[int, str, str]:  # type: ignore[override]
+    def __getnewargs__(self) -> tuple[int, str, Line]:  # type: ignore[override]
         """Return the arguments of `__new__` for pickle."""
-        return int(self), self.pou, self.network
+        return int(self), self.pou, self.line
+
+    @property
+    def network(self) -> str:
+        """Return the part of the drawing, such as `rung 3`."""
+        return self.line.network
+
+    @property
+    def text(self) -> str:
+        """Return the text of the translated line, without indentation."""
+        return self.line.text.strip()
 
     @property
     def place(self) -> str:
@@ -152,7 +164,7 @@ class Extract(_AnyPath):
         if self.project and line > ELSEWHERE:
             there = line - ELSEWHERE
             if isinstance(line, NetworkLine):
-                there = NetworkLine(there, line.pou, line.network)
+                there = NetworkLine(there, line.pou, line.line)
             return self.project, there
         return str(self), line
 
@@ -270,5 +282,5 @@ def origin(file: Path, line: int, column: int) -> tuple[int, int]:
     found = lines[min(line, len(lines)) - 1]
     column = max(1, column + found.shift)
     if found.network:
-        return NetworkLine(found.at, getattr(file, "title", ""), found.network), column
+        return NetworkLine(found.at, getattr(file, "title", ""), found), column
     return found.at, column
