@@ -19,11 +19,13 @@ __all__ = [
     "UnreadError",
     "Violation",
     "did_you_mean",
+    "in_network",
     "legible",
     "located",
     "near",
     "place_text",
     "refused",
+    "shown_column",
     "similar",
 ]
 
@@ -61,10 +63,20 @@ def place_text(file: str | Path | None, line: int | None, column: int | None = N
 
     Parts that are None are left out. An example is `main.xml:120: Main, rung 3`.
     """
-    shown = None if column is None or column > NO_COLUMN else column
-    where = ":".join(str(part) for part in (file, line, shown) if part)
+    where = ":".join(str(part) for part in (file, line, shown_column(column)) if part)
     network = getattr(line, "place", "")
     return f"{where}: {network}" if network else where
+
+
+def shown_column(column: int | None) -> int | None:
+    """Return a column of a file; None for a column that only tells apart statements."""
+    return None if column is None or column > NO_COLUMN else column
+
+
+def in_network(line: int | None, text: str) -> str:
+    """Return a message that begins with the rung or network of its line, if the line has one."""
+    network = getattr(line, "place", "")
+    return f"{network}: {text}" if network else text
 
 
 def located(file: str | Path, line: int) -> str:
@@ -114,7 +126,7 @@ class InputError(Exception):
         self.message = message
         self.file = str(file) if file is not None else None
         self.line = line
-        self.column = None if column is not None and column > NO_COLUMN else column
+        self.column = shown_column(column)
         self.hint = hint
         super().__init__(str(self))
 

@@ -9,6 +9,11 @@ from typing import Any
 import pytest
 
 from rcx_harness.cli.app import main
+from rcx_harness.cli.findings import Finding, as_json, as_sarif
+from structured_text.errors import NO_COLUMN, InputError
+from structured_text.language.portability import LintFinding
+from structured_text.language.source import Line, NetworkLine
+from structured_text.language.syntax import Position
 
 Captured = pytest.CaptureFixture[str]
 
@@ -143,3 +148,18 @@ def test_the_same_file_for_both_forms_is_refused(place: Path, capsys: Captured) 
     name = _source(place, _WARNED)
     assert main(["check", name, "--sarif", "found", "--json", "found"]) == 2
     assert "name the same file" in capsys.readouterr().err
+
+
+def test_a_finding_in_a_drawing_names_its_rung_and_has_no_column() -> None:
+    """The column of a translated statement is not a column of the file."""
+    line = NetworkLine(8, "Main", Line("Last := First;", 8, 0, "rung 3"))
+    error = InputError("is wrong", file="main.xml", line=line, column=NO_COLUMN + 5)
+    assert Finding.of_error(error) == Finding(
+        "error", "error", "Main, rung 3: is wrong", "main.xml", 8
+    )
+    found = LintFinding(Path("main.xml"), Position(line, NO_COLUMN + 5), "is long", strict=False)
+    assert Finding.of_lint(found, "portability") == Finding(
+        "warning", "portability", "Main, rung 3: is long", "main.xml", 8
+    )
+    assert '"line": 8,' in as_json([Finding.of_error(error)], "")
+    assert '"startLine": 8\n' in as_sarif([Finding.of_error(error)], Path())

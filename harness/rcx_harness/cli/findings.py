@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 from urllib.parse import quote
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, in_network, shown_column
 from structured_text.language.portability import LintFinding
 
 __all__ = ["JSON_BEGINNING", "RULES", "SARIF_BEGINNING", "Finding", "as_json", "as_sarif"]
@@ -46,7 +46,7 @@ class Finding:
     Attributes:
         level: `error` (exit code 2), `rule` (a broken rule, exit code 1) or `warning`.
         rule: One of `RULES`.
-        text: What is wrong.
+        text: What is wrong; in a drawing, the rung or network comes first.
         file: The file; empty if the finding has none.
         line: Line in the file, from 1; 0 if the finding has none.
         column: Column in the line, from 1; 0 if the finding has none.
@@ -64,15 +64,17 @@ class Finding:
     @classmethod
     def of_error(cls, error: InputError, rule: str = "error", level: str = "error") -> Finding:
         """Return the finding for an error in a source."""
+        text = in_network(error.line, error.message)
         place = (error.file or "", error.line or 0, error.column or 0)
-        return cls(level, rule, error.message, *place, error.hint)
+        return cls(level, rule, text, *place, error.hint)
 
     @classmethod
     def of_lint(cls, finding: LintFinding, rule: str) -> Finding:
         """Return the finding for a broken rule or a warning."""
         level = "rule" if finding.strict else "warning"
-        place = (str(finding.file), finding.at.line, finding.at.column)
-        return cls(level, rule, finding.text, *place)
+        line, column = finding.at
+        text = in_network(line, finding.text)
+        return cls(level, rule, text, str(finding.file), line, shown_column(column) or 0)
 
 
 def as_json(findings: Sequence[Finding], summary: str) -> str:
