@@ -53,12 +53,15 @@ class Line:
             with a network that has no column in the file.
         network: The part of a drawing that the line was translated from, such as `rung 3`,
             `network 3`, `step Fill` or `transition 2`; empty for a line of text.
+        owner: Name of the method or action with the drawing, such as `Main.Work`; empty if it is
+            the body of the POU.
     """
 
     text: str
     at: int
     shift: int = 0
     network: str = ""
+    owner: str = ""
 
 
 class NetworkLine(int):
@@ -67,7 +70,7 @@ class NetworkLine(int):
     It equals the plain number, so that only code that names a network distinguishes them.
 
     Attributes:
-        pou: Name of the POU with the drawing; empty if it is not known.
+        pou: Name of the POU, method or action with the drawing; empty if it is not known.
         line: The line of the translation.
     """
 
@@ -134,6 +137,9 @@ class Extract(_AnyPath):
         unread: The bodies that are missing in the text, because they are in another language.
         project: The project file that the lines from `ELSEWHERE` on come from, if the extract's own
             file replaces a body of the project. Otherwise empty.
+        diagrams: The ladder and function block diagrams that lines were translated from, with the
+            names of their POUs, methods and actions. Coverage draws them; the language does not
+            use them.
     """
 
     lines: tuple[Line, ...] | None = None
@@ -141,6 +147,7 @@ class Extract(_AnyPath):
     dialect: str = ""
     unread: tuple[Unread, ...] = ()
     project: str = ""
+    diagrams: tuple[tuple[str, Any], ...] = ()
     _whole_hash: int | None = None
 
     @classmethod
@@ -152,11 +159,12 @@ class Extract(_AnyPath):
         project: str = "",
         unread: tuple[Unread, ...] = (),
         dialect: str = "",
+        diagrams: tuple[tuple[str, Any], ...] = (),
     ) -> Extract:
         """Return the extract of a file; without lines, a path that only carries the dialect."""
         made = cls(str(file))
         made.lines, made.title, made.dialect = _told_apart(lines), title, dialect
-        made.project, made.unread = project, unread
+        made.project, made.unread, made.diagrams = project, unread, diagrams
         return made
 
     def place(self, line: int) -> tuple[str, int]:
@@ -191,7 +199,7 @@ class Extract(_AnyPath):
         if self.lines is None and not self.dialect:
             return Path, (str(self),)
         given = (str(self), self.lines, self.title, self.project, self.unread, self.dialect)
-        return Extract.make, given
+        return Extract.make, (*given, self.diagrams)
 
 
 def _told_apart(lines: tuple[Line, ...] | None) -> tuple[Line, ...] | None:
@@ -222,7 +230,9 @@ def in_dialect(file: Path, dialect: str) -> Path:
         return file
     if not isinstance(file, Extract):
         return Extract.make(file, None, dialect=dialect)
-    return Extract.make(file, file.lines, file.title, file.project, file.unread, dialect)
+    return Extract.make(
+        file, file.lines, file.title, file.project, file.unread, dialect, file.diagrams
+    )
 
 
 def source_text(file: Path) -> str:
@@ -282,5 +292,6 @@ def origin(file: Path, line: int, column: int) -> tuple[int, int]:
     found = lines[min(line, len(lines)) - 1]
     column = max(1, column + found.shift)
     if found.network:
-        return NetworkLine(found.at, getattr(file, "title", ""), found), column
+        owner = found.owner or getattr(file, "title", "")
+        return NetworkLine(found.at, owner, found), column
     return found.at, column

@@ -22,6 +22,8 @@ from structured_text.language.source import (
     origin,
     source_text,
 )
+from structured_text.projects.diagrams.networks.model import Diagram, Network, Rail
+from structured_text.projects.model import Piece
 
 
 def test_a_message_names_the_rung_and_no_column(tmp_path: Path) -> None:
@@ -98,3 +100,27 @@ def test_a_rung_in_the_project_of_a_replaced_body_is_named(tmp_path: Path) -> No
     new = Extract.make(tmp_path / "New.st", moved, "Main", str(source))
     error = InputError("is wrong", file=new, line=origin(new, 15, 1)[0])
     assert str(error) == f"{source}:9: Main, rung 3: is wrong"
+
+
+def test_a_source_carries_its_diagrams_to_other_processes(tmp_path: Path) -> None:
+    """Coverage draws the networks of a POU; its methods have their own diagrams."""
+    inner = Diagram("FBD", (Network(1),), (Rail("1", at=3),))
+    outer = Diagram("LD", (Network(1), Network(2)))
+    parts = (Piece("Main.Work", (), diagram=inner), Piece("Main.Other", ()))
+    piece = Piece("Main", (Line("PROGRAM Main", 1),), parts=parts, diagram=outer)
+    diagrams = tuple(piece.diagrams())
+    assert diagrams == (("Main", outer), ("Main.Work", inner))
+    source = Extract.make(tmp_path / "main.xml", piece.lines(), "Main", diagrams=diagrams)
+    for again in (pickle.loads(pickle.dumps(source)), in_dialect(source, "codesys")):
+        assert getattr(again, "diagrams", ()) == diagrams
+
+
+def test_a_rung_of_a_method_is_not_a_rung_of_its_block(tmp_path: Path) -> None:
+    """Body and method both have a network 1; coverage must not mix them."""
+    own = (Line("A := B;", 2, network="network 1"),)
+    inner = (Line("C := D;", 3, network="network 1"),)
+    parts = (Piece("Main.Work", (Line("METHOD Work", 3),), inner),)
+    piece = Piece("Main", (Line("FUNCTION_BLOCK Main", 1),), own, parts=parts)
+    source = Extract.make(tmp_path / "main.xml", piece.lines(), "Main")
+    places = [getattr(origin(source, line, 1)[0], "place", "") for line in (1, 2, 3, 4)]
+    assert places == ["", "", "Main.Work, network 1", "Main, network 1"]
