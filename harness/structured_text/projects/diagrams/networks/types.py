@@ -26,7 +26,9 @@ _DECLARED = re.compile(
     r"([^\W\d]\w*(?:\s*,\s*[^\W\d]\w*)*)\s*(?:\bAT\b[^:]*)?:(?!=)\s*(.*)", re.DOTALL
 )
 _POU = re.compile(
-    r"\s*(FUNCTION_BLOCK|FUNCTION|PROGRAM)\b([^:;\n]*)(?::\s*([^;\n]+))?", re.IGNORECASE
+    r"\s*(FUNCTION_BLOCK|FUNCTION|PROGRAM)\b([^:;\n]*)"
+    r"(?::\s*(ARRAY\s*\[[^\]]*\]\s*OF\s+[\w.]+|[\w.]+(?:\s*\[[^\]]*\]|\s*\([^)]*\))?))?",
+    re.IGNORECASE,
 )
 _BASE = re.compile(r"\bEXTENDS\s+([\w.]+)", re.IGNORECASE)
 _TYPE = re.compile(
