@@ -83,6 +83,7 @@ class Routine:
         aliases: Alias tags, each with its target.
         routines: Routines that JSR can call, in upper case, with their names.
         needs: Additional declarations: COUNTER, FIRST_SCAN, and the names of helper blocks.
+        added: Variables that the translation adds to the program or instruction, with their types.
     """
 
     file: Path
@@ -91,6 +92,7 @@ class Routine:
     aliases: Mapping[str, str]
     routines: Mapping[str, str]
     needs: set[str] = field(default_factory=set)
+    added: dict[str, str] = field(default_factory=dict)
 
 
 def plain_tag(name: str) -> str:
