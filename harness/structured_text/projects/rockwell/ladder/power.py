@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import TypeAlias
 
 from structured_text.projects.rockwell.expression_reader import bare
@@ -216,7 +216,7 @@ class Flow:
             power.variable = named(number)
 
     def _is_changed(self, power: Power, uses: Iterable[_Use]) -> bool:
-        """Return whether an action writes a variable of a condition before the condition is used."""
+        """Return whether an action writes a variable of a condition before its last use."""
         reads = paths_of(power.condition)
         last = max(use.place for use in uses)
         return bool(reads) and any(
