@@ -4,9 +4,12 @@ from __future__ import annotations
 
 from structured_text.projects.rockwell.ladder.bits import BITS
 from structured_text.projects.rockwell.ladder.call import Entry
+from structured_text.projects.rockwell.ladder.compare import COMPARES
+from structured_text.projects.rockwell.ladder.compute import COMPUTES
 from structured_text.projects.rockwell.ladder.program_flow import PROGRAM_FLOW
 
 __all__ = ["TABLE"]
 
+_ALL = (*BITS, *COMPARES, *COMPUTES, *PROGRAM_FLOW)
 #: The instructions by name.
-TABLE: dict[str, Entry] = {entry.name: entry for entry in (*BITS, *PROGRAM_FLOW)}
+TABLE: dict[str, Entry] = {entry.name: entry for entry in _ALL}
