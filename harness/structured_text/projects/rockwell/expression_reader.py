@@ -92,6 +92,7 @@ class Routine:
         needs: Additional declarations: COUNTER, FIRST_SCAN, and the names of helper blocks.
         subroutines: The parameters of the routines that JSR can call.
         own: The parameters of the routine itself.
+        added: Variables that the translation adds to the program or instruction, with their types.
     """
 
     file: Path
@@ -102,6 +103,7 @@ class Routine:
     needs: set[str] = field(default_factory=set)
     subroutines: Mapping[str, Subroutine] = field(default_factory=dict)
     own: Subroutine | None = None
+    added: dict[str, str] = field(default_factory=dict)
 
 
 def plain_tag(name: str) -> str:

@@ -30,6 +30,10 @@ from structured_text.projects.rockwell.expression_reader import (
     tokens_of,
 )
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
+from structured_text.projects.rockwell.ladder.call import Body
+from structured_text.projects.rockwell.ladder.model import LadderError
+from structured_text.projects.rockwell.ladder.rungs import read_rungs
+from structured_text.projects.rockwell.ladder.translate import translated_rungs
 from structured_text.projects.rockwell.modules import module_tags
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
 from structured_text.projects.tasks import ToolTask, configuration
@@ -40,7 +44,6 @@ __all__ = ["read_l5x"]
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
 _ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED = f"{VARIABLES}Prescanned"
-_JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
 
 #: Areas of a module's tags that are set to 0 when the connection to the module is opened.
 _IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
@@ -303,9 +306,8 @@ class _Reader:
         return Unit("FUNCTION_BLOCK", Piece(name, tuple(lines), body, end), self._file)
 
     def _extra(self, scope: Routine, at: int) -> Lines:
-        if COUNTER in scope.needs:
-            return made(at, f"  VAR {COUNTER} : DINT; END_VAR")
-        return ()
+        counter = {COUNTER: "DINT"} if COUNTER in scope.needs else {}
+        return made(at, *_declarations({**counter, **scope.added}))
 
     def _program(self, program: Element) -> Unit:
         name = plain_tag(program.get("Name"))
@@ -321,18 +323,7 @@ class _Reader:
         }
         scope = replace(scope, subroutines=called)
         body: Lines | Foreign = self._body(main, scope) if main is not None else ()
-        parts = tuple(
-            Piece(
-                f"{name}.{names[key]}",
-                (
-                    *made(one.at, f"METHOD {names[key]}"),
-                    *declared_parameters(called[key], self._types, one.at),
-                ),
-                self._body(one, replace(scope, own=called[key])),
-                made(one.end, "END_METHOD"),
-            )
-            for key, one in routines.items()
-        )
+        parts = tuple(self._part(name, names[key], one, scope) for key, one in routines.items())
         lines = [*made(program.at, f"PROGRAM {name}")]
         lines += self._section("VAR", own, _IMAGES)
         lines += self._extra(scope, program.at)
@@ -343,41 +334,53 @@ class _Reader:
         end = made(program.end, "END_PROGRAM")
         return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file)
 
-    def _body(self, routine: Element, scope: Routine) -> Lines | Foreign:
-        """Return the statements of a routine; ladder is read if it only jumps to other routines."""
+    def _part(self, program: str, name: str, routine: Element, scope: Routine) -> Piece:
+        """Return a routine that JSR calls."""
+        variables: dict[str, str] = {}
+        own = scope.subroutines[_key(routine)]
+        body = self._body(routine, replace(scope, own=own), variables)
+        parameters = declared_parameters(own, self._types, routine.at)
+        head = made(routine.at, f"METHOD {name}", *_declarations(variables))
+        head = (head[0], *parameters, *head[1:])
+        return Piece(f"{program}.{name}", head, body, made(routine.end, "END_METHOD"))
+
+    def _body(
+        self, routine: Element, scope: Routine, variables: dict[str, str] | None = None
+    ) -> Lines | Foreign:
+        """Return the statements of a routine.
+
+        Variables that only this routine needs are added to `variables`, with their types. Without
+        this argument, they are added to the program or instruction.
+        """
         kind = routine.get("Type")
-        if kind == "ST":
+        if kind not in ("ST", "RLL"):
+            return Foreign(kind, routine.at)
+        try:
+            if kind == "RLL":
+                return deeply(partial(self._ladder, routine, scope, variables))
             lines = [
                 line
                 for one in routine.all("STContent", "Line")
                 for line in one.lines()
                 if line.text.strip()
             ]
-        elif kind == "RLL":
-            calls = list(self._jumps(routine))
-            lines = [line for line in calls if line is not None]
-            if not calls or len(lines) < len(calls):
-                return Foreign(kind, routine.at)
-        else:
-            return Foreign(kind, routine.at)
-        try:
             return deeply(partial(translated, lines, scope))
         except RecursionError:
             text = "has statements or expressions nested too deeply"
             return Foreign(kind, routine.at, text)
+        except LadderError as error:
+            hint = f" ({error.hint})" if error.hint else ""
+            return Foreign(kind, error.at, f"{error.message}{hint}")
         except InputError as error:
             hint = f" ({error.hint})" if error.hint else ""
             return Foreign(kind, error.line or routine.at, f"{error.message}{hint}")
 
-    def _jumps(self, routine: Element) -> Iterator[Line | None]:
-        for rung in routine.all("RLLContent", "Rung"):
-            for one in rung.all("Text"):
-                text = one.text().rstrip(";").replace(" ", "")
-                found = _JUMPS.fullmatch(text)
-                if found is None:
-                    yield None
-                elif found["name"]:
-                    yield Line(f"JSR({found['name']},0);", one.at)
+    def _ladder(self, routine: Element, scope: Routine, variables: dict[str, str] | None) -> Lines:
+        body = Body(scope, may_return=True)
+        found = translated_rungs(read_rungs(routine, self._note), body)
+        scope.added.update(body.kept)
+        (scope.added if variables is None else variables).update(body.variables)
+        return found
 
     def _tasks(self, names: Mapping[str, str]) -> Iterator[ToolTask]:
         for task in self._root.below("Task"):
@@ -505,6 +508,15 @@ def _number(text: str, data: Data) -> int | float | None:
         return int(digits, int(base)) if mark else int(base)
     except ValueError:
         return None
+
+
+def _declarations(variables: Mapping[str, str]) -> Iterator[str]:
+    """Yield the section with some variables, if there are any."""
+    kinds: dict[str, list[str]] = {}
+    for name, kind in variables.items():
+        kinds.setdefault(kind, []).append(name)
+    for kind, names in kinds.items():
+        yield f"  VAR {', '.join(names)} : {kind}; END_VAR"
 
 
 def _aliases(parameters: Iterable[Element], usage: str) -> Iterator[Line]:

@@ -12,11 +12,19 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from structured_text.errors import VARIABLES, InputError
+from structured_text.language.source import Line
 from structured_text.projects.model import Lines, made
 from structured_text.projects.rockwell.data import STORED, Data, Subroutine, Types
-from structured_text.projects.rockwell.expression_reader import ExpressionReader, Routine, Token
+from structured_text.projects.rockwell.expression_reader import ExpressionReader, Routine, Token, tokens_of
 
-__all__ = ["SubroutineReader", "declared_parameters", "subroutine_of"]
+__all__ = [
+    "SubroutineReader",
+    "declared_parameters",
+    "jump_of",
+    "received_by",
+    "returned_by",
+    "subroutine_of",
+]
 
 _INPUT, _RETURN = f"{VARIABLES}Input", f"{VARIABLES}Return"
 
@@ -46,6 +54,29 @@ def subroutine_of(name: str, tokens: Sequence[Token], scope: Routine) -> Subrout
             reader = _Parameters(tokens[place + 2 :], token.at, scope)
             lists[token.word] = tuple(reader.types())
     return Subroutine(name, lists["SBR"], lists["RET"])
+
+
+def jump_of(operands: Sequence[str], at: int, scope: Routine) -> str:
+    """Return the call for a JSR of a rung, or raise InputError."""
+    reader, token = _reader(operands, at, scope)
+    return reader._jump(token)
+
+
+def received_by(operands: Sequence[str], at: int, scope: Routine) -> list[str]:
+    """Return the statements for a SBR of a rung, or raise InputError."""
+    reader, token = _reader(operands, at, scope)
+    return list(reader._received(token))
+
+
+def returned_by(operands: Sequence[str], at: int, scope: Routine) -> list[str]:
+    """Return the statements for a RET of a rung without its RETURN, or raise InputError."""
+    reader, token = _reader(operands, at, scope)
+    return list(reader._left(token))[:-1]
+
+
+def _reader(operands: Sequence[str], at: int, scope: Routine) -> tuple[SubroutineReader, Token]:
+    tokens = tokens_of([Line(f"{','.join(operands)})", at)])
+    return SubroutineReader(tokens, at, scope), Token("end", "", at)
 
 
 class SubroutineReader(ExpressionReader):

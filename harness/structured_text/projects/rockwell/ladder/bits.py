@@ -1,0 +1,47 @@
+"""Bit instructions. Source: Rockwell 1756-RM003, bit instructions."""
+
+from __future__ import annotations
+
+from structured_text.projects.rockwell.ladder.call import Call, Entry
+
+__all__ = ["BITS"]
+
+
+def _xic(call: Call) -> None:
+    call.condition(call.bit(0))
+
+
+def _xio(call: Call) -> None:
+    call.condition_not(call.bit(0))
+
+
+def _ote(call: Call) -> None:
+    bit = call.bit(0, written=True)
+    call.always(lambda power: [f"{bit} := {power};"])
+
+
+def _otl(call: Call) -> None:
+    call.when(f"{call.bit(0, written=True)} := TRUE;")
+
+
+def _otu(call: Call) -> None:
+    call.when(f"{call.bit(0, written=True)} := FALSE;")
+
+
+def _ons(call: Call) -> None:
+    """Pass power in the scan in which it comes; the storage bit has the power of the last scan."""
+    bit, before = call.bit(0, written=True), call.power
+    call.condition_not(bit)
+    behind, call.power = call.power, before
+    call.always(lambda power: [f"{bit} := {power};"])
+    call.power = behind
+
+
+BITS = (
+    Entry("XIC", ("Data Bit",), _xic, "1756-RM003, XIC"),
+    Entry("XIO", ("Data Bit",), _xio, "1756-RM003, XIO"),
+    Entry("OTE", ("Data Bit",), _ote, "1756-RM003, OTE"),
+    Entry("OTL", ("Data Bit",), _otl, "1756-RM003, OTL"),
+    Entry("OTU", ("Data Bit",), _otu, "1756-RM003, OTU"),
+    Entry("ONS", ("Storage Bit",), _ons, "1756-RM003, ONS"),
+)
