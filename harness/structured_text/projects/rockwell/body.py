@@ -9,12 +9,12 @@ from structured_text.language.source import Line
 from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
 from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
-    ExpressionReader,
     Routine,
     Token,
     bare,
     tokens_of,
 )
+from structured_text.projects.rockwell.subroutines import SubroutineReader
 
 __all__ = ["translated"]
 
@@ -31,7 +31,7 @@ def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
     return tuple(made.block("  ", whole=True))
 
 
-class _Statements(ExpressionReader):
+class _Statements(SubroutineReader):
     # --- statements -----------------------------------------------------------------------
 
     def block(self, indent: str, *, whole: bool = False) -> list[Line]:
@@ -188,7 +188,11 @@ class _Statements(ExpressionReader):
         self._expect("(")
         types = self._routine.types
         if name == "JSR":
-            yield self._jsr(token)
+            yield self._jump(token)
+        elif name == "SBR":
+            yield from self._received(token)
+        elif name == "RET":
+            yield from self._left(token)
         elif name in types.protected:
             raise self._error(
                 f"the source of {token.text} is protected and not in the file",
@@ -217,18 +221,6 @@ class _Statements(ExpressionReader):
             yield from self._find(token)
         else:
             raise self._error(f"the instruction {token.text} is not supported", token)
-
-    def _jsr(self, token: Token) -> str:
-        name = self._next()
-        routine = self._routine.routines.get(name.word)
-        if routine is None:
-            raise self._error(f"there is no routine {name.text} in Structured Text", token)
-        if self._take(","):
-            count = self._next()
-            if count.text != "0" or self._peek().text != ")":
-                raise self._error("parameters of JSR are not supported", token, "use tags")
-        self._expect(")")
-        return f"{routine}();"
 
     def _instruction(self, token: Token) -> str:
         """Translate `Block(Instance, a, b)`; the arguments are the required parameters."""

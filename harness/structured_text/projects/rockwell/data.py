@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "Instruction", "Types"]
+__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "Instruction", "Subroutine", "Types"]
 
 #: Integer types by rank. The result of an operation has the type of higher rank, at least DINT.
 INTEGERS = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT")
@@ -40,6 +40,15 @@ class Instruction:
     """An Add-On Instruction: its parameters, in the order of a call, and the usage of each."""
 
     parameters: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class Subroutine:
+    """The parameters of a routine that JSR calls: the types of SBR's tags and of RET's values."""
+
+    name: str
+    inputs: tuple[Data, ...] = ()
+    returns: tuple[Data, ...] = ()
 
 
 @dataclass

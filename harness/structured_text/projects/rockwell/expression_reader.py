@@ -15,7 +15,14 @@ from pathlib import Path
 from structured_text.errors import VARIABLES, InputError
 from structured_text.language.lexer import KEYWORDS
 from structured_text.language.source import Line
-from structured_text.projects.rockwell.data import INTEGERS, NUMBERS, STORED, Data, Types
+from structured_text.projects.rockwell.data import (
+    INTEGERS,
+    NUMBERS,
+    STORED,
+    Data,
+    Subroutine,
+    Types,
+)
 
 __all__ = [
     "COUNTER",
@@ -83,6 +90,8 @@ class Routine:
         aliases: Alias tags, each with its target.
         routines: Routines that JSR can call, in upper case, with their names.
         needs: Additional declarations: COUNTER, FIRST_SCAN, and the names of helper blocks.
+        subroutines: The parameters of the routines that JSR can call.
+        own: The parameters of the routine itself.
         added: Variables that the translation adds to the program or instruction, with their types.
     """
 
@@ -92,6 +101,8 @@ class Routine:
     aliases: Mapping[str, str]
     routines: Mapping[str, str]
     needs: set[str] = field(default_factory=set)
+    subroutines: Mapping[str, Subroutine] = field(default_factory=dict)
+    own: Subroutine | None = None
     added: dict[str, str] = field(default_factory=dict)
 
 
@@ -298,8 +309,8 @@ class ExpressionReader:
                 raise self._error(
                     f"there is no tag {token.text} in this file",
                     token,
-                    "export it with the controller's tags; inputs and outputs of modules are "
-                    "not read"
+                    "export the whole controller with decorated data, which describe the tags of "
+                    "modules"
                     if ":" in token.text
                     else "",
                 )

@@ -21,17 +21,21 @@ from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit,
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
 from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
+from structured_text.projects.rockwell.decorated import type_name, undeclared, used_types
 from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
     FIRST_SCAN,
     Routine,
     plain_tag,
+    tokens_of,
 )
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
 from structured_text.projects.rockwell.ladder.call import Body
 from structured_text.projects.rockwell.ladder.model import LadderError
 from structured_text.projects.rockwell.ladder.rungs import read_rungs
 from structured_text.projects.rockwell.ladder.translate import translated_rungs
+from structured_text.projects.rockwell.modules import module_tags
+from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
@@ -79,7 +83,10 @@ class _Reader:
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
         controller = next(root.below("Controller"), root)
-        self._tags, self._aliases = self._told_apart(controller, {})
+        self._modules = module_tags(root)
+        self._made = self._not_declared()
+        self._tags, self._aliases = self._told_apart(controller, self._modules.aliases)
+        self._tags += self._modules.tags
         self._global = {_key(one): self._data(one) for one in self._tags}
 
     def _error(self, message: str, element: Element, hint: str = "") -> InputError:
@@ -97,6 +104,22 @@ class _Reader:
             self._types.strings[_key(kind)] = sizes[0][0] if sizes and sizes[0] else 82
         else:
             self._types.members[_key(kind)] = {_key(one): self._data(one) for one in members}
+
+    def _not_declared(self) -> list[Element]:
+        """Return the types that the file uses without a declaration, and know them.
+
+        They are described by values, or they are predefined.
+        """
+        guessed = self._modules.guessed
+        for tag in guessed:
+            text = f"the type of {tag.get('Name')} is made from its uses, because the file has no"
+            self._note(f"{text} data of this module", tag)
+        types = self._types
+        known = {*types.members, *types.strings, *types.protected, "BOOL", "BIT", *NUMBERS}
+        found = undeclared(Element("", {}, 1, [self._root, *guessed]), known)
+        for kind in found:
+            self._know_type(kind)
+        return found
 
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
@@ -117,7 +140,7 @@ class _Reader:
         )
 
     def _data(self, element: Element) -> Data:
-        kind = element.get("DataType")
+        kind = type_name(element.get("DataType"))
         given = element.get("Dimensions") or element.get("Dimension")
         what = f"a dimension of {element.get('Name')}"
         numbers = [
@@ -170,14 +193,15 @@ class _Reader:
     # --- units ----------------------------------------------------------------------------
 
     def project(self) -> Project:
-        units = [self._structure(kind) for kind in self._kinds]
+        tags = self._root.below("Tag", "LocalTag", "Parameter", "Member")
+        typed = [type_name(one.get("DataType")) for one in (*tags, *self._modules.tags)]
+        used = used_types(typed, self._types.members)
+        kinds = [*self._kinds, *(one for one in self._made if _key(one) in used)]
+        units = [self._structure(kind) for kind in kinds]
         units += [self._instruction(aoi) for aoi in self._aois]
         units += list(self._globals())
         programs = list(self._root.below("Program"))
         units += [self._program(one) for one in programs]
-        used = {data.type.upper() for one in self._types.members.values() for data in one.values()}
-        used |= {data.type.upper() for data in self._global.values()}
-        used |= {_key_of(one, "DataType") for one in self._root.below("LocalTag", "Tag")}
         for name, text in HELPERS.items():
             if name in used:
                 lines = made(1, *text.splitlines())
@@ -224,7 +248,7 @@ class _Reader:
         kept: list[Element] = []
         anew: list[Element] = []
         for one in tags:
-            kind = _key_of(one, "DataType")
+            kind = type_name(one.get("DataType")).upper()
             inside = kind in self._types.instructions or kind in BLOCKS
             (anew if inside or _key(one) in cleared else kept).append(one)
         retain = word if word == "VAR_IN_OUT" else f"{word} RETAIN"
@@ -236,7 +260,7 @@ class _Reader:
                 yield from made(some[-1].end, "  END_VAR")
 
     def _globals(self) -> Iterator[Unit]:
-        section = self._section("VAR_GLOBAL", self._tags, _IMAGES)
+        section = self._section("VAR_GLOBAL", self._tags, _IMAGES | self._modules.images)
         lines = tuple(replace(line, text=line.text[2:]) for line in section)
         if lines:
             yield Unit("VAR_GLOBAL", Piece("Controller", lines), self._file)
@@ -293,6 +317,11 @@ class _Reader:
         main = routines.pop(_key_of(program, "MainRoutineName"), None)
         names = {key: plain_tag(one.get("Name")) for key, one in routines.items()}
         scope = Routine(self._file, self._types, tags, aliases, names)
+        called = {
+            key: subroutine_of(names[key], tokens_of(_statements(one)), scope)
+            for key, one in routines.items()
+        }
+        scope = replace(scope, subroutines=called)
         body: Lines | Foreign = self._body(main, scope) if main is not None else ()
         parts = tuple(self._part(name, names[key], one, scope) for key, one in routines.items())
         lines = [*made(program.at, f"PROGRAM {name}")]
@@ -308,8 +337,11 @@ class _Reader:
     def _part(self, program: str, name: str, routine: Element, scope: Routine) -> Piece:
         """Return a routine that JSR calls."""
         variables: dict[str, str] = {}
-        body = self._body(routine, scope, variables)
+        own = scope.subroutines[_key(routine)]
+        body = self._body(routine, replace(scope, own=own), variables)
+        parameters = declared_parameters(own, self._types, routine.at)
         head = made(routine.at, f"METHOD {name}", *_declarations(variables))
+        head = (head[0], *parameters, *head[1:])
         return Piece(f"{program}.{name}", head, body, made(routine.end, "END_METHOD"))
 
     def _body(
@@ -454,6 +486,12 @@ class _Reader:
         if data.stored and value < 0:
             value += 256 if data.type == "SINT" else 65536
         return repr(value) if value else ""
+
+
+def _statements(routine: Element) -> list[Line]:
+    """Return the statements or rungs of a routine, as lines."""
+    texts = (*routine.all("STContent", "Line"), *routine.all("RLLContent", "Rung", "Text"))
+    return [line for one in texts for line in one.lines() if line.text.strip()]
 
 
 def _number(text: str, data: Data) -> int | float | None:

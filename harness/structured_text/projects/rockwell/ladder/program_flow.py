@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from structured_text.projects.rockwell.ladder.call import Body, Call, Entry, Jump
 from structured_text.projects.rockwell.ladder.power import FALSE
+from structured_text.projects.rockwell.subroutines import jump_of, received_by, returned_by
 
 __all__ = ["END_OF_ROUTINE", "PROGRAM_FLOW"]
 
@@ -48,24 +49,21 @@ def _leave(call: Call) -> None:
 
 
 def _ret(call: Call) -> None:
-    if call.instruction.operands:
-        raise call.error("parameters of RET are not supported", "use tags")
+    returned = returned_by(call.instruction.operands, call.instruction.at, call.body.routine)
+    if returned:
+        call.when(*returned)
     _leave(call)
 
 
 def _sbr(call: Call) -> None:
-    if call.instruction.operands:
-        raise call.error("parameters of SBR are not supported", "use tags")
+    received = received_by(call.instruction.operands, call.instruction.at, call.body.routine)
+    if received:
+        call.when(*received)
 
 
 def _jsr(call: Call) -> None:
-    name = call.raw(0)
-    routine = call.body.routine.routines.get(name.upper())
-    if routine is None:
-        raise call.error(f"there is no routine {name} in this program")
-    if call.raw(1) not in ("", "0") or len(call.instruction.operands) > 2:
-        raise call.error("parameters of JSR are not supported", "use tags")
-    call.when(f"{routine}();", anything=True)
+    jump = jump_of(call.instruction.operands, call.instruction.at, call.body.routine)
+    call.when(jump, anything=True)
 
 
 def _mcr(call: Call) -> None:
