@@ -229,8 +229,9 @@ class _Statements(SubroutineReader):
             raise self._error(f"{instance} is not a {token.text}", token)
         types = self._routine.types
         members = types.members[token.word]
-        arguments = []
-        for name, usage in types.instructions[token.word].parameters:
+        block = types.instructions[token.word]
+        arguments = ["EnableIn := TRUE"] if block.false_routine else []
+        for name, usage in block.parameters:
             if not self._take(","):
                 raise self._error(f"{token.text} has no argument for {name}", token)
             kind = members[name.upper()]

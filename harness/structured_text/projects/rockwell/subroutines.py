@@ -15,7 +15,12 @@ from structured_text.errors import VARIABLES, InputError
 from structured_text.language.source import Line
 from structured_text.projects.model import Lines, made
 from structured_text.projects.rockwell.data import STORED, Data, Subroutine, Types
-from structured_text.projects.rockwell.expression_reader import ExpressionReader, Routine, Token, tokens_of
+from structured_text.projects.rockwell.expression_reader import (
+    ExpressionReader,
+    Routine,
+    Token,
+    tokens_of,
+)
 
 __all__ = [
     "SubroutineReader",

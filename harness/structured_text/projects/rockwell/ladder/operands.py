@@ -58,6 +58,10 @@ class OperandReader(ExpressionReader):
             self._end_here()
         return found
 
+    def read(self, text: str, data: Data) -> Value:
+        """Return the value of a variable."""
+        return self._read(text, data, self._peek())
+
     def _end_here(self) -> None:
         token = self._peek()
         if token.kind != "end":
@@ -68,6 +72,10 @@ class OperandReader(ExpressionReader):
     def converted(self, value: Value, kind: str) -> str:
         """Return a value converted to a type, with its sign."""
         return self._converted(value, kind, self._peek())
+
+    def _converted(self, value: Value, kind: str, token: Token) -> str:
+        text, given = value
+        return super()._converted(value if given == kind else (bare(text), given), kind, token)
 
     def calculated(self, left: Value, sign: str, right: Value) -> Value:
         """Return the result of an operator."""
