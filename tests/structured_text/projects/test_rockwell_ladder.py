@@ -114,7 +114,8 @@ def test_members_and_elements_are_told_apart(tmp_path: Path) -> None:
         "b := list[0].1 AND a;",
     ]
     varying = main_body(written(tmp_path, ["XIC(list[0].1)OTE(list[i].1)OTE(b);"]))
-    assert isinstance(varying, list) and varying[0] == "RcxPower_1 := list[0].1;"
+    assert isinstance(varying, list)
+    assert varying[0] == "RcxPower_1 := list[0].1;"
 
 
 def test_a_leg_without_instructions_passes_power(tmp_path: Path) -> None:
@@ -126,6 +127,7 @@ def test_afi_takes_the_power_away(tmp_path: Path) -> None:
     """Behind AFI an OTE is FALSE, and a latch stays as it is."""
     found = _scan(tmp_path, "AFI()XIC(a)OTE(b);", "AFI()OTL(c)OTU(d);", a=True, b=True, d=True)
     assert (found["b"], found["c"], found["d"]) == (False, False, True)
+    assert _scan(tmp_path, "AFI OTE(b);", b=True)["b"] is False
 
 
 def test_ons_passes_power_in_one_scan(tmp_path: Path) -> None:
@@ -260,6 +262,7 @@ def test_a_rung_that_an_edit_would_replace_is_executed(tmp_path: Path, kind: str
         ("[XIC(a)OTE(b);", "rung 0: ] of a branch is expected, not ';'"),
         ("XIC(a)];", "rung 0: ']' is not expected here"),
         ("XIC a;", "rung 0: XIC has no list of operands"),
+        ("AFI XIC;", "rung 0: XIC has no list of operands"),
         ("XIC(a)OTE(b);OTE(c);", "rung 0: 'O' is not expected here"),
         ("XIC(a[1)OTE(b);", "rung 0: ) in an operand of XIC closes nothing"),
         ("MOV('a,j);", "rung 0: a text has no end"),
