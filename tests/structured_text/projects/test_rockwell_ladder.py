@@ -293,3 +293,19 @@ def test_operands_may_have_line_breaks(tmp_path: Path) -> None:
     """White space and line breaks within a rung have no meaning."""
     assert _scan(tmp_path, "XIC(\na\n)\n[\nXIC( b ),\nXIC(c)]\nADD(i,\n5 +\n2,\n\ni)\n;", a=True)
     assert _scan(tmp_path, "ADD(i,\n5 +\n2,\n\ni)\n;")["i"] == 7
+
+
+def test_a_bit_may_have_a_varying_number(tmp_path: Path) -> None:
+    """`i.[j]` is the bit of i whose number is j; it is read, assigned, latched and unlatched."""
+    rungs = [
+        "XIC(i.[j])OTE(a);",
+        "XIC(b)OTE(i.[j + 1]);",
+        "OTL(v.[k])OTU(s.[0]);",
+        "XIO(list[2].[j])OTE(c);",
+    ]
+    found = _scan(tmp_path, *rungs, i=0b01001, j=3, k=15, s=3)
+    assert [found[name] for name in "aicvs"] == [True, 0b01001, True, -32768, 2]
+    found = _scan(tmp_path, *rungs, i=0b10001, j=3, k=0, b=False)
+    assert [found[name] for name in "aiv"] == [False, 0b00001, 1]
+    found = _scan(tmp_path, *rungs, i=1, j=30, b=True)
+    assert found["i"] == 1 - 2**31

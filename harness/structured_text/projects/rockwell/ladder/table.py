@@ -7,9 +7,10 @@ from structured_text.projects.rockwell.ladder.call import Entry
 from structured_text.projects.rockwell.ladder.compare import COMPARES
 from structured_text.projects.rockwell.ladder.compute import COMPUTES
 from structured_text.projects.rockwell.ladder.program_flow import PROGRAM_FLOW
+from structured_text.projects.rockwell.ladder.texts import TEXTS
 
 __all__ = ["TABLE"]
 
-_ALL = (*BITS, *COMPARES, *COMPUTES, *PROGRAM_FLOW)
+_ALL = (*BITS, *COMPARES, *COMPUTES, *PROGRAM_FLOW, *TEXTS)
 #: The instructions by name.
 TABLE: dict[str, Entry] = {entry.name: entry for entry in _ALL}
