@@ -6,6 +6,7 @@ program control instructions.
 
 from __future__ import annotations
 
+import re
 from itertools import product
 from pathlib import Path
 
@@ -13,6 +14,9 @@ import pytest
 from tests.support.l5x_ladder import main_body, program, read, written
 
 from structured_text.projects.model import Foreign
+from structured_text.projects.rockwell.ladder.table import TABLE
+
+_ROOT = Path(__file__).parents[3]
 
 
 def _scan(folder: Path, *rungs: str, **values: object) -> dict[str, object]:
@@ -309,3 +313,12 @@ def test_a_bit_may_have_a_varying_number(tmp_path: Path) -> None:
     assert [found[name] for name in "aiv"] == [False, 0b00001, 1]
     found = _scan(tmp_path, *rungs, i=1, j=30, b=True)
     assert found["i"] == 1 - 2**31
+
+
+def test_the_page_names_each_instruction() -> None:
+    """The table of the language's page has every instruction, and the table has its source."""
+    page = (_ROOT / "docs/reference/language.md").read_text(encoding="utf-8")
+    section = page.partition("## Ladder of Logix")[2].partition("\n## ")[0]
+    words = set(re.findall(r"\w+", section))
+    assert set(TABLE) - words == set()
+    assert all(entry.source.startswith(("1756-", "assumed")) for entry in TABLE.values())
