@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "Instruction", "Subroutine", "Types"]
+__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "First", "Instruction", "Subroutine", "Types"]
 
 #: Integer types by rank. The result of an operation has the type of higher rank, at least DINT.
 INTEGERS = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT")
@@ -40,6 +40,17 @@ class Instruction:
     """An Add-On Instruction: its parameters, in the order of a call, and the usage of each."""
 
     parameters: tuple[tuple[str, str], ...]
+
+
+@dataclass(frozen=True)
+class First:
+    """A part of the prescan: the statements of an instruction, or a routine that JSR calls.
+
+    `routine` is its name in upper case.
+    """
+
+    lines: tuple[str, ...] = ()
+    routine: str = ""
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -19,6 +19,7 @@ from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
 from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, in_comment, made
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
+from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.decorated import type_name, undeclared, used_types
@@ -43,7 +44,7 @@ __all__ = ["read_l5x"]
 
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
 _ENABLE = ("ENABLEIN", "ENABLEOUT")
-_PRESCANNED = f"{VARIABLES}Prescanned"
+_PRESCANNED, _SCANNED = f"{VARIABLES}Prescanned", f"{VARIABLES}Scanned"
 
 #: Areas of a module's tags that are set to 0 when the connection to the module is opened.
 _IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
@@ -76,6 +77,8 @@ class _Reader:
         self._aois = list(root.below("AddOnInstructionDefinition"))
         self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
+        self._needs: set[str] = set()
+        self._first: list[str] = []
         for kind in self._kinds:
             self._know_type(kind)
         for aoi in self._aois:
@@ -201,7 +204,10 @@ class _Reader:
         units += [self._instruction(aoi) for aoi in self._aois]
         units += list(self._globals())
         programs = list(self._root.below("Program"))
-        units += [self._program(one) for one in programs]
+        read = [self._program(one) for one in programs]
+        units += [self._prescanned(unit, lines) for unit, lines in read]
+        units += self._shared_prescan()
+        used |= self._needs
         for name, text in HELPERS.items():
             if name in used:
                 lines = made(1, *text.splitlines())
@@ -278,6 +284,7 @@ class _Reader:
             said = "\n".join(line.text for line in body).upper()
             begun = self._body(routines["PRESCAN"], scope) if "PRESCAN" in routines else ()
             first = () if isinstance(begun, Foreign) else begun
+        self._needs |= scope.needs
         cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
         lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
         for usage, word in _SECTIONS.items():
@@ -288,6 +295,8 @@ class _Reader:
             )
             lines += self._section(word, own, cleared)
         lines += self._section("VAR", local, cleared)
+        logic = [text for part in scope.first.get("LOGIC", ()) for text in part.lines]
+        first = (*made(aoi.at, *(f"    {text}" for text in logic)), *first)
         if first and not isinstance(body, Foreign):
             at = first[0].at
             lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
@@ -309,7 +318,29 @@ class _Reader:
         counter = {COUNTER: "DINT"} if COUNTER in scope.needs else {}
         return made(at, *_declarations({**counter, **scope.added}))
 
-    def _program(self, program: Element) -> Unit:
+    def _shared_prescan(self) -> list[Unit]:
+        """Return the prescan of the tags of the controller; nothing if no ladder writes them."""
+        if not self._first:
+            return []
+        state = made(1, "VAR_GLOBAL", f"  {prescan.VARIABLE} : BOOL;", "END_VAR")
+        lines = prescan.function(self._first, 1)
+        return [
+            Unit("VAR_GLOBAL", Piece(f"{prescan.FUNCTION}_STATE", state), self._file),
+            Unit("FUNCTION", Piece(prescan.FUNCTION, lines), self._file),
+        ]
+
+    def _prescanned(self, unit: Unit, lines: Sequence[str]) -> Unit:
+        """Return a program that begins with the prescan, `lines` for its own tags."""
+        body = unit.piece.body
+        if isinstance(body, Foreign):
+            return unit
+        at = unit.piece.head[0].at
+        declared, first = prescan.at_first(lines, at, shared=bool(self._first))
+        piece = replace(unit.piece, head=(*unit.piece.head, *declared), body=(*first, *body))
+        return replace(unit, piece=piece)
+
+    def _program(self, program: Element) -> tuple[Unit, list[str]]:
+        """Return a program, and the prescan of its own tags."""
         name = plain_tag(program.get("Name"))
         own, aliases = self._told_apart(program, self._aliases)
         tags = {**self._global, **{_key(one): self._data(one) for one in own}}
@@ -328,11 +359,16 @@ class _Reader:
         lines += self._section("VAR", own, _IMAGES)
         lines += self._extra(scope, program.at)
         if FIRST_SCAN in scope.needs:
-            lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
+            lines += made(program.at, f"  VAR {FIRST_SCAN}, {_SCANNED} : BOOL; END_VAR")
+            texts = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
             if not isinstance(body, Foreign):
-                body = (*body, *made(program.end, f"  {FIRST_SCAN} := FALSE;"))
+                body = (*made(program.at, *texts), *body)
         end = made(program.end, "END_PROGRAM")
-        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file)
+        self._needs |= scope.needs
+        first = prescan.in_order(_key_of(program, "MainRoutineName"), scope.first)
+        shared, mine = prescan.by_scope(first, {plain_tag(_key(one)) for one in own})
+        self._first += shared
+        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file), mine
 
     def _part(self, program: str, name: str, routine: Element, scope: Routine) -> Piece:
         """Return a routine that JSR calls."""
@@ -358,12 +394,8 @@ class _Reader:
         try:
             if kind == "RLL":
                 return deeply(partial(self._ladder, routine, scope, variables))
-            lines = [
-                line
-                for one in routine.all("STContent", "Line")
-                for line in one.lines()
-                if line.text.strip()
-            ]
+            lines = _statements(routine)
+            scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
             return deeply(partial(translated, lines, scope))
         except RecursionError:
             text = "has statements or expressions nested too deeply"
@@ -378,6 +410,7 @@ class _Reader:
     def _ladder(self, routine: Element, scope: Routine, variables: dict[str, str] | None) -> Lines:
         body = Body(scope, may_return=True)
         found = translated_rungs(read_rungs(routine, self._note), body)
+        scope.first[_key(routine)] = body.first
         scope.added.update(body.kept)
         (scope.added if variables is None else variables).update(body.variables)
         return found
