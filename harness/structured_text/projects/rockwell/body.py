@@ -188,11 +188,11 @@ class _Statements(SubroutineReader):
         self._expect("(")
         types = self._routine.types
         if name == "JSR":
-            yield self._jump(token)
+            yield self.jump(token)
         elif name == "SBR":
-            yield from self._received(token)
+            yield from self.received(token)
         elif name == "RET":
-            yield from self._left(token)
+            yield from self.left(token)
         elif name in types.protected:
             raise self._error(
                 f"the source of {token.text} is protected and not in the file",
@@ -229,8 +229,9 @@ class _Statements(SubroutineReader):
             raise self._error(f"{instance} is not a {token.text}", token)
         types = self._routine.types
         members = types.members[token.word]
-        arguments = []
-        for name, usage in types.instructions[token.word].parameters:
+        block = types.instructions[token.word]
+        arguments = ["EnableIn := TRUE"] if block.false_routine else []
+        for name, usage in block.parameters:
             if not self._take(","):
                 raise self._error(f"{token.text} has no argument for {name}", token)
             kind = members[name.upper()]

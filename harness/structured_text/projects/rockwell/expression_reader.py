@@ -249,7 +249,7 @@ class ExpressionReader:
             return _number(self._next().text, token, self._routine.file)
         if token.kind == "text":
             return self._next().text, "STRING"
-        if token.kind != "name" or token.word in KEYWORDS:
+        if token.kind != "name" or self._is_keyword(token):
             if token.word in ("TRUE", "FALSE"):
                 return self._next().word, "BOOL"
             found = repr(token.text) if token.text else "the end"
@@ -298,7 +298,7 @@ class ExpressionReader:
         If `element` is False, the last index is not read.
         """
         token = self._next()
-        if token.kind != "name" or token.word in KEYWORDS:
+        if token.kind != "name" or self._is_keyword(token):
             raise self._error(f"a tag is needed here, not {token.text!r}", token)
         routine = self._routine
         if token.word == "S:FS":
@@ -333,6 +333,12 @@ class ExpressionReader:
                 if written and text.startswith("LEN("):
                     raise self._error("the length of a text cannot be set", token)
         return text, data
+
+    def _is_keyword(self, token: Token) -> bool:
+        """Return whether a name is a word of the standard, and no tag has this name."""
+        routine = self._routine
+        known = token.word in routine.tags or token.word in routine.aliases
+        return token.word in KEYWORDS and not known
 
     def _ends_with_index(self) -> bool:
         """Return whether nothing follows the next index of a tag."""

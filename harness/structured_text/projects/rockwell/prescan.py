@@ -10,19 +10,29 @@ Source: 1756-PM018 and 1756-RM003, prescan of each instruction.
 from __future__ import annotations
 
 import re
-from collections.abc import Container, Iterator, Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 
 from structured_text.errors import VARIABLES
-from structured_text.language.source import Line
-from structured_text.projects.model import Lines, made
+from structured_text.projects.model import Lines, Piece, made
 from structured_text.projects.rockwell.data import First
 from structured_text.projects.rockwell.expression_reader import Token
 
-__all__ = ["FUNCTION", "VARIABLE", "at_first", "by_scope", "function", "in_order", "jumps_in"]
+__all__ = [
+    "DONE",
+    "FUNCTION",
+    "METHOD",
+    "VARIABLE",
+    "by_scope",
+    "function",
+    "in_order",
+    "jumps_in",
+    "of_program",
+]
 
-#: The name of the function, of the controller's variable and of the variable of each program.
+#: The function for the tags of the controller, and the variable that shows that it was called.
 FUNCTION, VARIABLE = "L5X_PRESCAN", f"{VARIABLES}ControllerPrescanned"
-_OWN = f"{VARIABLES}Prescanned"
+#: The method of each program, and its variable.
+METHOD, DONE = f"{VARIABLES}Prescan", f"{VARIABLES}Prescanned"
 _WORD = re.compile(r"(?<![\w.])[^\W\d]\w*")
 
 
@@ -83,15 +93,18 @@ def function(lines: Sequence[str], at: int) -> Lines:
     )
 
 
-def at_first(lines: Sequence[str], at: int, *, shared: bool) -> tuple[Lines, Lines]:
-    """Return the declaration and the statements of the prescan at the begin of a program."""
-    if not lines and not shared:
-        return (), ()
+def of_program(name: str, lines: Sequence[str], at: int, *, shared: bool) -> Piece:
+    """Return the method with the prescan of a program.
+
+    If `shared` is true, it first calls the prescan of the controller's tags.
+    """
     call = (f"    {FUNCTION}();",) if shared else ()
-    return made(at, f"  VAR {_OWN} : BOOL; END_VAR"), tuple(_block(call, lines, at))
-
-
-def _block(call: Sequence[str], lines: Sequence[str], at: int) -> Iterator[Line]:
-    inner = (*call, *(f"    {line}" for line in lines))
-    begin = (f"  IF NOT {_OWN} THEN", f"    {_OWN} := TRUE;")
-    yield from made(at, "  (* Prescan *)", *begin, *inner, "  END_IF;")
+    body = (
+        f"  IF NOT {DONE} THEN",
+        f"    {DONE} := TRUE;",
+        *call,
+        *(f"    {line}" for line in lines),
+        "  END_IF;",
+    )
+    head = made(at, f"METHOD {METHOD}")
+    return Piece(f"{name}.{METHOD}", head, made(at, *body), made(at, "END_METHOD"))

@@ -17,7 +17,16 @@ from pathlib import Path
 from structured_text.errors import VARIABLES, InputError
 from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
-from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, in_comment, made
+from structured_text.projects.model import (
+    Foreign,
+    Lines,
+    Piece,
+    Project,
+    Unit,
+    in_comment,
+    made,
+    without_comments,
+)
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
 from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.body import translated
@@ -53,6 +62,7 @@ _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 #: Matches the target of an alias: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
+_MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
 #: Largest number of elements in a dimension.
 _LARGEST = (1 << 31) - 1
 _INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
@@ -85,6 +95,7 @@ class _Reader:
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
+        self._types.read_members.update(_MEMBER.findall(_code_of(root)))
         controller = next(root.below("Controller"), root)
         self._modules = module_tags(root)
         self._made = self._not_declared()
@@ -139,7 +150,9 @@ class _Reader:
                 (plain_tag(one.get("Name")), one.get("Usage"))
                 for one in parameters
                 if one.get("Required") == "true" and _key(one) not in _ENABLE
-            )
+            ),
+            aoi.get("ExecuteEnableInFalse") == "true",
+            "ENABLEOUT" in _code_of(aoi),
         )
 
     def _data(self, element: Element) -> Data:
@@ -262,7 +275,8 @@ class _Reader:
             if some:
                 yield from made(some[0].at, f"  {head}")
                 for one in some:
-                    yield from made(one.at, f"    {self._declared(one, self._initial(one))}")
+                    initial = "TRUE" if _key(one) == "ENABLEIN" else self._initial(one)
+                    yield from made(one.at, f"    {self._declared(one, initial)}")
                 yield from made(some[-1].end, "  END_VAR")
 
     def _globals(self) -> Iterator[Unit]:
@@ -278,7 +292,7 @@ class _Reader:
         routines = {_key(one): one for one in aoi.all("Routines", "Routine")}
         tags = {_key(one): self._data(one) for one in (*parameters, *local)}
         scope = Routine(self._file, self._types, tags, {}, {})
-        body: Lines | Foreign = self._body(routines["LOGIC"], scope) if "LOGIC" in routines else ()
+        body = self._logic(aoi, routines, scope)
         said, first = "", Lines()
         if not isinstance(body, Foreign):
             said = "\n".join(line.text for line in body).upper()
@@ -303,9 +317,8 @@ class _Reader:
             begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
             end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
             body = (*begin, *first, *end, *body)
-        for extra in ("POSTSCAN", "ENABLEINFALSE"):
-            if extra in routines and routines[extra].all("STContent", "Line"):
-                self._note(f"the routine {routines[extra].get('Name')} of {name} is not read", aoi)
+        if aoi.get("ExecutePostscan") == "true" and _code_of(routines.get("POSTSCAN", aoi)):
+            self._note(f"the routine Postscan of {name} is not read", aoi)
         if FIRST_SCAN in scope.needs:
             body = Foreign("ST", aoi.at, "S:FS in an instruction is not supported")
         lines += self._extra(scope, aoi.at)
@@ -313,6 +326,30 @@ class _Reader:
             body = (*_aliases(parameters, "Input"), *body, *_aliases(parameters, "Output"))
         end = made(aoi.end, "END_FUNCTION_BLOCK")
         return Unit("FUNCTION_BLOCK", Piece(name, tuple(lines), body, end), self._file)
+
+    def _logic(
+        self, aoi: Element, routines: Mapping[str, Element], scope: Routine
+    ) -> Lines | Foreign:
+        """Return the statements for both values of EnableIn."""
+        parameters = aoi.all("Parameters", "Parameter")
+        returns = not any(one.get("TagType") == "Alias" for one in parameters)
+        block = self._types.instructions[_key(aoi)]
+        found = []
+        for name in ("LOGIC", "ENABLEINFALSE"):
+            used = name in routines and (name == "LOGIC" or block.false_routine)
+            body = self._body(routines[name], scope, may_return=returns) if used else ()
+            if isinstance(body, Foreign):
+                if name == "LOGIC":
+                    return body
+                return Foreign(body.language, body.at, f"its routine EnableInFalse {body.says}")
+            found.append(body)
+        logic, other = found
+        if block.false_routine:
+            logic = _chosen("EnableIn", logic, other, aoi.at)
+        if block.enable_out:
+            value = "EnableIn" if block.false_routine else "TRUE"
+            logic = (*made(aoi.at, f"  EnableOut := {value};"), *logic)
+        return logic
 
     def _extra(self, scope: Routine, at: int) -> Lines:
         counter = {COUNTER: "DINT"} if COUNTER in scope.needs else {}
@@ -331,12 +368,18 @@ class _Reader:
 
     def _prescanned(self, unit: Unit, lines: Sequence[str]) -> Unit:
         """Return a program that begins with the prescan, `lines` for its own tags."""
-        body = unit.piece.body
-        if isinstance(body, Foreign):
+        piece, shared = unit.piece, bool(self._first)
+        if isinstance(piece.body, Foreign) or not (lines or shared):
             return unit
-        at = unit.piece.head[0].at
-        declared, first = prescan.at_first(lines, at, shared=bool(self._first))
-        piece = replace(unit.piece, head=(*unit.piece.head, *declared), body=(*first, *body))
+        at = piece.head[0].at
+        part = prescan.of_program(piece.name, lines, at, shared=shared)
+        declared = made(at, f"  VAR {prescan.DONE} : BOOL; END_VAR")
+        piece = replace(
+            piece,
+            head=(*piece.head, *declared),
+            body=(*made(at, f"  {prescan.METHOD}();"), *piece.body),
+            parts=(part, *piece.parts),
+        )
         return replace(unit, piece=piece)
 
     def _program(self, program: Element) -> tuple[Unit, list[str]]:
@@ -359,10 +402,13 @@ class _Reader:
         lines += self._section("VAR", own, _IMAGES)
         lines += self._extra(scope, program.at)
         if FIRST_SCAN in scope.needs:
-            lines += made(program.at, f"  VAR {FIRST_SCAN}, {_SCANNED} : BOOL; END_VAR")
-            texts = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
-            if not isinstance(body, Foreign):
-                body = (*made(program.at, *texts), *body)
+            lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
+            if not isinstance(body, Foreign) and _returns(body):
+                lines += made(program.at, f"  VAR {_SCANNED} : BOOL; END_VAR")
+                first = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
+                body = (*made(program.at, *first), *body)
+            elif not isinstance(body, Foreign):
+                body = (*body, *made(program.end, f"  {FIRST_SCAN} := FALSE;"))
         end = made(program.end, "END_PROGRAM")
         self._needs |= scope.needs
         first = prescan.in_order(_key_of(program, "MainRoutineName"), scope.first)
@@ -381,19 +427,26 @@ class _Reader:
         return Piece(f"{program}.{name}", head, body, made(routine.end, "END_METHOD"))
 
     def _body(
-        self, routine: Element, scope: Routine, variables: dict[str, str] | None = None
+        self,
+        routine: Element,
+        scope: Routine,
+        variables: dict[str, str] | None = None,
+        *,
+        may_return: bool = True,
     ) -> Lines | Foreign:
         """Return the statements of a routine.
 
         Variables that only this routine needs are added to `variables`, with their types. Without
-        this argument, they are added to the program or instruction.
+        this argument, they are added to the program or instruction. If `may_return` is false,
+        further statements follow the routine, and a rung does not leave it by RETURN.
         """
         kind = routine.get("Type")
         if kind not in ("ST", "RLL"):
             return Foreign(kind, routine.at)
         try:
             if kind == "RLL":
-                return deeply(partial(self._ladder, routine, scope, variables))
+                body = Body(scope, may_return=may_return)
+                return deeply(partial(self._ladder, routine, body, variables))
             lines = _statements(routine)
             scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
             return deeply(partial(translated, lines, scope))
@@ -407,12 +460,12 @@ class _Reader:
             hint = f" ({error.hint})" if error.hint else ""
             return Foreign(kind, error.line or routine.at, f"{error.message}{hint}")
 
-    def _ladder(self, routine: Element, scope: Routine, variables: dict[str, str] | None) -> Lines:
-        body = Body(scope, may_return=True)
+    def _ladder(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Lines:
         found = translated_rungs(read_rungs(routine, self._note), body)
-        scope.first[_key(routine)] = body.first
-        scope.added.update(body.kept)
-        (scope.added if variables is None else variables).update(body.variables)
+        added = body.routine.added
+        added.update(body.kept)
+        body.routine.first[_key(routine)] = body.first
+        (added if variables is None else variables).update(body.variables)
         return found
 
     def _tasks(self, names: Mapping[str, str]) -> Iterator[ToolTask]:
@@ -541,6 +594,35 @@ def _number(text: str, data: Data) -> int | float | None:
         return int(digits, int(base)) if mark else int(base)
     except ValueError:
         return None
+
+
+def _chosen(condition: str, one: Lines, other: Lines, at: int) -> Lines:
+    """Return the statements of an IF with two branches, of which one may be empty."""
+    if not _acts(one):
+        condition, one, other = f"NOT {condition}", other, one
+    if not _acts(one):
+        return ()
+    lines = made(at, f"  IF {condition} THEN")
+    lines += tuple(replace(line, text=f"  {line.text}") for line in one)
+    if _acts(other):
+        lines += made(at, "  ELSE")
+        lines += tuple(replace(line, text=f"  {line.text}") for line in other)
+    return (*lines, *made(at, "  END_IF;"))
+
+
+def _acts(lines: Lines) -> bool:
+    """Return whether some lines have statements and not only comments."""
+    return bool(without_comments("\n".join(line.text for line in lines)).strip())
+
+
+def _returns(lines: Lines) -> bool:
+    """Return whether a RETURN may leave the statements."""
+    return any(line.text.strip() == "RETURN;" for line in lines)
+
+
+def _code_of(element: Element) -> str:
+    """Return the text of all routines below an element, in upper case."""
+    return "\n".join(one.text() for one in element.below("STContent", "Text")).upper()
 
 
 def _declarations(variables: Mapping[str, str]) -> Iterator[str]:

@@ -11,7 +11,7 @@ from dataclasses import replace
 from itertools import groupby
 
 from structured_text.language.source import Line
-from structured_text.projects.model import Lines
+from structured_text.projects.model import Lines, without_comments
 from structured_text.projects.rockwell.ladder.call import Body, Jump
 
 __all__ = ["arranged"]
@@ -69,6 +69,9 @@ class _Arrangement:
             for variable in self._arrived(numbers[0]):
                 yield Line(f"{indent}{variable} := FALSE;", at)
             inside = indent
+            texts = [line.text for number in numbers for line in self._parts[number]]
+            if not without_comments("\n".join(texts)).strip():
+                guard = ()  # an IF without statements is not legal
             if guard:
                 text = guard[0] if len(guard) == 1 else f"({' OR '.join(guard)})"
                 yield Line(f"{indent}IF NOT {text} THEN", at)

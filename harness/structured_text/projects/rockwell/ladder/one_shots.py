@@ -12,7 +12,10 @@ __all__ = ["ONE_SHOTS"]
 def _osr(call: Call) -> None:
     storage, output = call.bit(0, written=True), call.bit(1, written=True)
     call.always(
-        lambda power: [f"{output} := {_operand(power)} AND NOT {storage};", f"{storage} := {power};"],
+        lambda power: [
+            f"{output} := {_operand(power)} AND NOT {storage};",
+            f"{storage} := {power};",
+        ],
         named=True,
     )
 
@@ -20,7 +23,10 @@ def _osr(call: Call) -> None:
 def _osf(call: Call) -> None:
     storage, output = call.bit(0, written=True), call.bit(1, written=True)
     call.always(
-        lambda power: [f"{output} := {storage} AND NOT {_operand(power)};", f"{storage} := {power};"],
+        lambda power: [
+            f"{output} := {storage} AND NOT {_operand(power)};",
+            f"{storage} := {power};",
+        ],
         named=True,
     )
 

@@ -24,6 +24,8 @@ __all__ = ["OperandReader", "Tag"]
 
 #: Functions of CPT and CMP that have another name in Structured Text.
 _FUNCTIONS = {"SQR": "SQRT", "ASN": "ASIN", "ACS": "ACOS", "ATN": "ATAN", "TRN": "TRUNC"}
+#: Operators of expressions that are words in Structured Text.
+_WORDS = {"&&": "AND", "||": "OR"}
 _WIDENED = re.compile(r"(SINT|INT)_TO_DINT\((.*)\)", re.DOTALL)
 _FROM_BITS = re.compile(r"(BYTE|WORD)_TO_(?:SINT|INT)\((.*)\)", re.DOTALL)
 _LITERAL = re.compile(r"\(?(-?)(\d+)\)?")
@@ -37,6 +39,8 @@ class OperandReader(ExpressionReader):
     """The reader of one operand of an instruction."""
 
     def __init__(self, text: str, at: int, routine: Routine) -> None:
+        for sign, word in _WORDS.items():
+            text = text.replace(sign, f" {word} ")
         super().__init__(tokens_of([Line(text, at)]), at, routine)
 
     # --- whole operands -------------------------------------------------------------------
@@ -54,6 +58,10 @@ class OperandReader(ExpressionReader):
             self._end_here()
         return found
 
+    def read(self, text: str, data: Data) -> Value:
+        """Return the value of a variable."""
+        return self._read(text, data, self._peek())
+
     def _end_here(self) -> None:
         token = self._peek()
         if token.kind != "end":
@@ -64,6 +72,10 @@ class OperandReader(ExpressionReader):
     def converted(self, value: Value, kind: str) -> str:
         """Return a value converted to a type, with its sign."""
         return self._converted(value, kind, self._peek())
+
+    def _converted(self, value: Value, kind: str, token: Token) -> str:
+        text, given = value
+        return super()._converted(value if given == kind else (bare(text), given), kind, token)
 
     def calculated(self, left: Value, sign: str, right: Value) -> Value:
         """Return the result of an operator."""
@@ -115,11 +127,21 @@ class OperandReader(ExpressionReader):
                 sides = self.alike_bits(left, right)
                 op = {"&": "AND"}.get(token.word, token.word)
                 return self.of_bits((f"({sides[0][0]} {op} {sides[1][0]})", sides[0][1]))
-            if token.word == "/" and not re.search("[1-9]", _number_of(right)):
-                # a division by 0 gives the dividend, and the controller runs on
-                text, kind = right
-                divisor = f"SEL({bare(text)} = 0, {bare(text)}, 1)"
-                return super()._binary(left, token, (divisor, kind))
+            if token.word in ("/", "MOD") and not re.search("[1-9]", _number_of(right)):
+                # A division by 0 gives the dividend, and the controller runs on.
+                divisor, given = right
+                zero = f"{bare(divisor)} = 0"
+                if token.word == "/":
+                    nonzero = f"SEL({zero}, {bare(divisor)}, 1)", given
+                    return super()._binary(left, token, nonzero)
+                text, kind = super()._binary(left, token, right)
+                whole = self._converted(left, kind, token)
+                return f"SEL({zero}, {bare(text)}, {bare(whole)})", kind
+        elif token.word == "MOD" and kinds <= set(NUMBERS):
+            kind = "LREAL" if "LREAL" in kinds else "REAL"
+            whole, divisor = (self._converted(value, kind, token) for value in (left, right))
+            cut = f"DINT_TO_{kind}(TRUNC({bare(whole)} / {divisor}))"
+            return f"({whole} - {cut} * {divisor})", kind
         return super()._binary(left, token, right)
 
     def alike_bits(self, *values: Value) -> list[Value]:

@@ -11,6 +11,7 @@ from collections.abc import Sequence
 from structured_text.errors import InputError, near
 from structured_text.language.source import Line
 from structured_text.projects.model import Lines, in_comment
+from structured_text.projects.rockwell.ladder.add_on import add_on_entry
 from structured_text.projects.rockwell.ladder.call import Body, Call
 from structured_text.projects.rockwell.ladder.jumps import arranged
 from structured_text.projects.rockwell.ladder.model import (
@@ -80,6 +81,13 @@ def _through(series: Series, power: Power, flow: Flow, body: Body) -> Power:
 
 def _instruction(instruction: Instruction, power: Power, flow: Flow, body: Body) -> Power:
     entry = TABLE.get(instruction.name)
+    types = body.routine.types
+    if instruction.name in types.protected:
+        text = f"the source of {instruction.name} is protected and not in the file"
+        hint = "write it in Structured Text, and call that"
+        raise LadderError(text, instruction.at, hint)
+    if entry is None and instruction.name in types.instructions:
+        entry = add_on_entry(instruction.name)
     if entry is None:
         text = f"the instruction {instruction.name} is not supported"
         raise LadderError(text, instruction.at, near(instruction.name, TABLE, "similar:"))
