@@ -6,6 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from structured_text.engines.builtin import BuiltinProgram
+from structured_text.errors import VARIABLES
 from structured_text.language.load import load
 from structured_text.projects.model import Foreign, Piece, Project
 from structured_text.projects.rockwell.read import read_l5x
@@ -95,4 +96,5 @@ def main_body(file: Path) -> list[str] | Foreign:
     piece: Piece = pieces[0]
     if isinstance(piece.body, Foreign):
         return piece.body
-    return [line.text[2:] for line in piece.body if not line.text.strip().startswith("(*")]
+    lines = [line.text[2:] for line in piece.body if not line.text.strip().startswith("(*")]
+    return [line for line in lines if line != f"{VARIABLES}Prescan();"]

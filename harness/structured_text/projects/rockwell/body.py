@@ -188,11 +188,11 @@ class _Statements(SubroutineReader):
         self._expect("(")
         types = self._routine.types
         if name == "JSR":
-            yield self._jump(token)
+            yield self.jump(token)
         elif name == "SBR":
-            yield from self._received(token)
+            yield from self.received(token)
         elif name == "RET":
-            yield from self._left(token)
+            yield from self.left(token)
         elif name in types.protected:
             raise self._error(
                 f"the source of {token.text} is protected and not in the file",

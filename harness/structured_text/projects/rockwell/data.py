@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "Instruction", "Subroutine", "Types"]
+__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "First", "Instruction", "Subroutine", "Types"]
 
 #: Integer types by rank. The result of an operation has the type of higher rank, at least DINT.
 INTEGERS = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT")
@@ -48,6 +48,17 @@ class Instruction:
     parameters: tuple[tuple[str, str], ...]
     false_routine: bool = False
     enable_out: bool = False
+
+
+@dataclass(frozen=True)
+class First:
+    """A part of the prescan: the statements of an instruction, or a routine that JSR calls.
+
+    `routine` is its name in upper case.
+    """
+
+    lines: tuple[str, ...] = ()
+    routine: str = ""
 
 
 @dataclass(frozen=True)

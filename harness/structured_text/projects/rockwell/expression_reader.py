@@ -20,6 +20,7 @@ from structured_text.projects.rockwell.data import (
     NUMBERS,
     STORED,
     Data,
+    First,
     Subroutine,
     Types,
 )
@@ -93,6 +94,7 @@ class Routine:
         subroutines: The parameters of the routines that JSR can call.
         own: The parameters of the routine itself.
         added: Variables that the translation adds to the program or instruction, with their types.
+        first: The prescan of each ladder routine, by the routine's name in upper case.
     """
 
     file: Path
@@ -104,6 +106,7 @@ class Routine:
     subroutines: Mapping[str, Subroutine] = field(default_factory=dict)
     own: Subroutine | None = None
     added: dict[str, str] = field(default_factory=dict)
+    first: dict[str, Sequence[First]] = field(default_factory=dict)
 
 
 def plain_tag(name: str) -> str:
@@ -125,6 +128,8 @@ class ExpressionReader:
         self._end = Token("end", "", last)
         self._place = 0
         self._routine = routine
+        #: The indices that are not numbers, each with the size of its dimension.
+        self.ranges: list[tuple[str, int]] = []
 
     # --- tokens ---------------------------------------------------------------------------
 
@@ -353,6 +358,8 @@ class ExpressionReader:
         self._expect("]")
         if len(indices) != len(data.sizes):
             raise self._error(f"{text} has {len(data.sizes)} dimensions", token)
+        pairs = zip(indices, data.sizes, strict=True)
+        self.ranges += [(index, size) for index, size in pairs if not index.isdigit()]
         return f"{text}[{', '.join(indices)}]", data.element
 
     def _member(self, text: str, data: Data, token: Token) -> tuple[str, Data]:

@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -28,6 +28,7 @@ from structured_text.projects.model import (
     without_comments,
 )
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
+from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.decorated import type_name, undeclared, used_types
@@ -86,6 +87,8 @@ class _Reader:
         self._aois = list(root.below("AddOnInstructionDefinition"))
         self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
+        self._needs: set[str] = set()
+        self._first: list[str] = []
         for kind in self._kinds:
             self._know_type(kind)
         for aoi in self._aois:
@@ -214,7 +217,10 @@ class _Reader:
         units += [self._instruction(aoi) for aoi in self._aois]
         units += list(self._globals())
         programs = list(self._root.below("Program"))
-        units += [self._program(one) for one in programs]
+        read = [self._program(one) for one in programs]
+        units += [self._prescanned(unit, lines) for unit, lines in read]
+        units += self._shared_prescan()
+        used |= self._needs
         for name, text in HELPERS.items():
             if name in used:
                 lines = made(1, *text.splitlines())
@@ -292,6 +298,7 @@ class _Reader:
             said = "\n".join(line.text for line in body).upper()
             begun = self._body(routines["PRESCAN"], scope) if "PRESCAN" in routines else ()
             first = () if isinstance(begun, Foreign) else begun
+        self._needs |= scope.needs
         cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
         lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
         for usage, word in _SECTIONS.items():
@@ -302,6 +309,8 @@ class _Reader:
             )
             lines += self._section(word, own, cleared)
         lines += self._section("VAR", local, cleared)
+        logic = [text for part in scope.first.get("LOGIC", ()) for text in part.lines]
+        first = (*made(aoi.at, *(f"    {text}" for text in logic)), *first)
         if first and not isinstance(body, Foreign):
             at = first[0].at
             lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
@@ -346,7 +355,35 @@ class _Reader:
         counter = {COUNTER: "DINT"} if COUNTER in scope.needs else {}
         return made(at, *_declarations({**counter, **scope.added}))
 
-    def _program(self, program: Element) -> Unit:
+    def _shared_prescan(self) -> list[Unit]:
+        """Return the prescan of the tags of the controller; nothing if no ladder writes them."""
+        if not self._first:
+            return []
+        state = made(1, "VAR_GLOBAL", f"  {prescan.VARIABLE} : BOOL;", "END_VAR")
+        lines = prescan.function(self._first, 1)
+        return [
+            Unit("VAR_GLOBAL", Piece(f"{prescan.FUNCTION}_STATE", state), self._file),
+            Unit("FUNCTION", Piece(prescan.FUNCTION, lines), self._file),
+        ]
+
+    def _prescanned(self, unit: Unit, lines: Sequence[str]) -> Unit:
+        """Return a program that begins with the prescan, `lines` for its own tags."""
+        piece, shared = unit.piece, bool(self._first)
+        if isinstance(piece.body, Foreign) or not (lines or shared):
+            return unit
+        at = piece.head[0].at
+        part = prescan.of_program(piece.name, lines, at, shared=shared)
+        declared = made(at, f"  VAR {prescan.DONE} : BOOL; END_VAR")
+        piece = replace(
+            piece,
+            head=(*piece.head, *declared),
+            body=(*made(at, f"  {prescan.METHOD}();"), *piece.body),
+            parts=(part, *piece.parts),
+        )
+        return replace(unit, piece=piece)
+
+    def _program(self, program: Element) -> tuple[Unit, list[str]]:
+        """Return a program, and the prescan of its own tags."""
         name = plain_tag(program.get("Name"))
         own, aliases = self._told_apart(program, self._aliases)
         tags = {**self._global, **{_key(one): self._data(one) for one in own}}
@@ -368,12 +405,16 @@ class _Reader:
             lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
             if not isinstance(body, Foreign) and _returns(body):
                 lines += made(program.at, f"  VAR {_SCANNED} : BOOL; END_VAR")
-                first = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
-                body = (*made(program.at, *first), *body)
+                begin = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
+                body = (*made(program.at, *begin), *body)
             elif not isinstance(body, Foreign):
                 body = (*body, *made(program.end, f"  {FIRST_SCAN} := FALSE;"))
         end = made(program.end, "END_PROGRAM")
-        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file)
+        self._needs |= scope.needs
+        first = prescan.in_order(_key_of(program, "MainRoutineName"), scope.first)
+        shared, mine = prescan.by_scope(first, {plain_tag(_key(one)) for one in own})
+        self._first += shared
+        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file), mine
 
     def _part(self, program: str, name: str, routine: Element, scope: Routine) -> Piece:
         """Return a routine that JSR calls."""
@@ -406,12 +447,8 @@ class _Reader:
             if kind == "RLL":
                 body = Body(scope, may_return=may_return)
                 return deeply(partial(self._ladder, routine, body, variables))
-            lines = [
-                line
-                for one in routine.all("STContent", "Line")
-                for line in one.lines()
-                if line.text.strip()
-            ]
+            lines = _statements(routine)
+            scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
             return deeply(partial(translated, lines, scope))
         except RecursionError:
             text = "has statements or expressions nested too deeply"
@@ -427,6 +464,7 @@ class _Reader:
         found = translated_rungs(read_rungs(routine, self._note), body)
         added = body.routine.added
         added.update(body.kept)
+        body.routine.first[_key(routine)] = body.first
         (added if variables is None else variables).update(body.variables)
         return found
 

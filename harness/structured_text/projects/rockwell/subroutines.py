@@ -64,19 +64,19 @@ def subroutine_of(name: str, tokens: Sequence[Token], scope: Routine) -> Subrout
 def jump_of(operands: Sequence[str], at: int, scope: Routine) -> str:
     """Return the call for a JSR of a rung, or raise InputError."""
     reader, token = _reader(operands, at, scope)
-    return reader._jump(token)
+    return reader.jump(token)
 
 
 def received_by(operands: Sequence[str], at: int, scope: Routine) -> list[str]:
     """Return the statements for a SBR of a rung, or raise InputError."""
     reader, token = _reader(operands, at, scope)
-    return list(reader._received(token))
+    return list(reader.received(token))
 
 
 def returned_by(operands: Sequence[str], at: int, scope: Routine) -> list[str]:
     """Return the statements for a RET of a rung without its RETURN, or raise InputError."""
     reader, token = _reader(operands, at, scope)
-    return list(reader._left(token))[:-1]
+    return list(reader.left(token))[:-1]
 
 
 def _reader(operands: Sequence[str], at: int, scope: Routine) -> tuple[SubroutineReader, Token]:
@@ -87,7 +87,7 @@ def _reader(operands: Sequence[str], at: int, scope: Routine) -> tuple[Subroutin
 class SubroutineReader(ExpressionReader):
     """The reader of JSR, SBR and RET; the word and its parenthesis are already read."""
 
-    def _jump(self, token: Token) -> str:
+    def jump(self, token: Token) -> str:
         """Return the call for a JSR."""
         name = self._next()
         routine = self._routine.routines.get(name.word)
@@ -167,7 +167,7 @@ class SubroutineReader(ExpressionReader):
                 )
             yield f"{_RETURN}{number} => {text}"
 
-    def _received(self, token: Token) -> Iterator[str]:
+    def received(self, token: Token) -> Iterator[str]:
         """Yield the statements for an SBR: its tags get the values of the inputs."""
         number = 0
         while not self._take(")"):
@@ -183,7 +183,7 @@ class SubroutineReader(ExpressionReader):
         if own is None or number > len(own.inputs):
             raise self._error("SBR is not supported in a routine that JSR does not call", token)
 
-    def _left(self, token: Token) -> Iterator[str]:
+    def left(self, token: Token) -> Iterator[str]:
         """Yield the statements for a RET: the outputs get their values, and the routine ends."""
         own = self._routine.own or Subroutine("")
         number = 0

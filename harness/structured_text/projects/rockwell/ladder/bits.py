@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+
 from structured_text.projects.rockwell.ladder.call import Call, Entry
 from structured_text.projects.rockwell.ladder.power import FALSE, TRUE
 
@@ -38,11 +40,19 @@ def _ons(call: Call) -> None:
     call.power = behind
 
 
+def _cleared(call: Call) -> Iterator[str]:
+    yield call.set_bit(0)(FALSE)
+
+
+def _set(call: Call) -> Iterator[str]:
+    yield f"{call.bit(0, written=True)} := TRUE;"
+
+
 BITS = (
     Entry("XIC", ("Data Bit",), _xic, "1756-RM003, XIC"),
     Entry("XIO", ("Data Bit",), _xio, "1756-RM003, XIO"),
-    Entry("OTE", ("Data Bit",), _ote, "1756-RM003, OTE"),
+    Entry("OTE", ("Data Bit",), _ote, "1756-RM003, OTE", 0, _cleared),
     Entry("OTL", ("Data Bit",), _otl, "1756-RM003, OTL"),
     Entry("OTU", ("Data Bit",), _otu, "1756-RM003, OTU"),
-    Entry("ONS", ("Storage Bit",), _ons, "1756-RM003, ONS"),
+    Entry("ONS", ("Storage Bit",), _ons, "1756-RM003N, page 103", 0, _set),
 )

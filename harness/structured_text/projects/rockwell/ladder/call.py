@@ -8,14 +8,14 @@ from dataclasses import dataclass, field
 from functools import partial
 
 from structured_text.errors import VARIABLES
-from structured_text.projects.rockwell.data import Data
+from structured_text.projects.rockwell.data import Data, First
 from structured_text.projects.rockwell.expression_reader import Routine, Value, bare
 from structured_text.projects.rockwell.ladder.model import Instruction, LadderError
 from structured_text.projects.rockwell.ladder.operands import BIT_STRINGS, OperandReader, Tag
 from structured_text.projects.rockwell.ladder.paths import Path, paths_of
 from structured_text.projects.rockwell.ladder.power import FALSE, TRUE, Action, Flow, Power, negated
 
-__all__ = ["Body", "Call", "Entry", "Jump"]
+__all__ = ["Body", "Call", "Entry", "Jump", "prescan_of"]
 
 _ASSIGNMENT = re.compile(r"\s*([\w.]+(?:\[[^\]]*\][\w.]*)*)\s*:=")
 _KEYWORD = re.compile(r"\s*(?:IF|ELSIF|ELSE|END_\w+|WHILE|RETURN)\b")
@@ -56,6 +56,7 @@ class Body:
         zone: The variable of the MCR zone of the rung; empty outside a zone.
         jumps: The jumps that were translated.
         may_return: Whether a RETURN may leave the body; otherwise further statements follow it.
+        first: The statements of the prescan, and the routines that it continues with.
     """
 
     routine: Routine
@@ -66,6 +67,7 @@ class Body:
     zone: str = ""
     jumps: list[Jump] = field(default_factory=list)
     may_return: bool = True
+    first: list[First] = field(default_factory=list)
 
     def variable(self, name: str, kind: str = "BOOL", *, kept: bool = False) -> str:
         """Return a variable of the translation, and declare it."""
@@ -86,6 +88,7 @@ class Call:
         entry: The instruction's row in the table.
         flow: The power of the rung.
         power: The power in front of the instruction; afterwards, the power behind it.
+        ranges: The indices of the operands that are not numbers, with the sizes of their arrays.
     """
 
     body: Body
@@ -93,6 +96,7 @@ class Call:
     entry: Entry
     flow: Flow
     power: Power
+    ranges: list[tuple[str, int]] = field(default_factory=list)
 
     # --- operands -------------------------------------------------------------------------
 
@@ -114,7 +118,9 @@ class Call:
             raise self.error(
                 f"{self.instruction.name} has no {which}", "complete the instruction in its tool"
             )
-        return OperandReader(text, self.instruction.at, self.body.routine)
+        reader = OperandReader(text, self.instruction.at, self.body.routine)
+        reader.ranges = self.ranges
+        return reader
 
     def value(self, number: int) -> Value:
         """Return the value of an operand: its text and its type."""
@@ -229,6 +235,7 @@ class Entry:
         translate: The function that adds the instruction's conditions and statements to the rung.
         source: The section of the manual, or `assumed`.
         optional: How many operands at the end may be missing; -1 for any number of operands.
+        prescan: The function that yields the statements of the prescan, before the first scan.
     """
 
     name: str
@@ -236,6 +243,7 @@ class Entry:
     translate: Callable[[Call], None]
     source: str
     optional: int = 0
+    prescan: Callable[[Call], Iterable[str]] | None = None
 
     def run(self, call: Call) -> None:
         """Translate the instruction, or raise LadderError if its operands do not fit."""
@@ -243,6 +251,8 @@ class Entry:
         if self.optional >= 0 and not most - self.optional <= given <= most:
             listed = ", ".join(self.operands) or "none"
             raise call.error(f"{self.name} has {given} operands, not {most}: {listed}")
+        if self.prescan is not None:
+            call.body.first += prescan_of(call, self.prescan)
         self.translate(call)
 
 
@@ -253,6 +263,21 @@ def _varying_assignment(tag: str, data: Data, index: str, value: str) -> str:
     off, on = f"{word} AND NOT {one}", f"{word} OR {one}"
     chosen = {TRUE: on, FALSE: off}.get(value, f"SEL({value}, {off}, {on})")
     return f"{tag} := {bits}_TO_{data.type}({chosen});"
+
+
+def prescan_of(call: Call, prescan: Callable[[Call], Iterable[str]]) -> list[First]:
+    """Return the statements of an instruction's prescan.
+
+    An index outside its array skips them; in a prescan, the controller ignores such an index.
+    """
+    call.ranges.clear()
+    lines = tuple(prescan(call))
+    inside = " AND ".join(
+        f"{index} >= 0 AND {index} < {size}" for index, size in dict.fromkeys(call.ranges)
+    )
+    if inside:
+        lines = (f"IF {inside} THEN", *(f"  {line}" for line in lines), "END_IF;")
+    return [First(lines)]
 
 
 def _operand_of_and(text: str) -> str:

@@ -5,6 +5,7 @@ A jump becomes a variable: forward it guards the rungs up to the label, backward
 
 from __future__ import annotations
 
+from structured_text.projects.rockwell.data import First
 from structured_text.projects.rockwell.ladder.call import Body, Call, Entry, Jump
 from structured_text.projects.rockwell.ladder.power import FALSE
 from structured_text.projects.rockwell.subroutines import jump_of, received_by, returned_by
@@ -64,6 +65,7 @@ def _sbr(call: Call) -> None:
 def _jsr(call: Call) -> None:
     jump = jump_of(call.instruction.operands, call.instruction.at, call.body.routine)
     call.when(jump, anything=True)
+    call.body.first.append(First(routine=call.raw(0).upper()))
 
 
 def _mcr(call: Call) -> None:
