@@ -6,6 +6,7 @@ program control instructions.
 
 from __future__ import annotations
 
+import re
 from itertools import product
 from pathlib import Path
 
@@ -13,6 +14,9 @@ import pytest
 from tests.support.l5x_ladder import main_body, program, read, written
 
 from structured_text.projects.model import Foreign
+from structured_text.projects.rockwell.ladder.table import TABLE
+
+_ROOT = Path(__file__).parents[3]
 
 
 def _scan(folder: Path, *rungs: str, **values: object) -> dict[str, object]:
@@ -114,7 +118,8 @@ def test_members_and_elements_are_told_apart(tmp_path: Path) -> None:
         "b := list[0].1 AND a;",
     ]
     varying = main_body(written(tmp_path, ["XIC(list[0].1)OTE(list[i].1)OTE(b);"]))
-    assert isinstance(varying, list) and varying[0] == "RcxPower_1 := list[0].1;"
+    assert isinstance(varying, list)
+    assert varying[0] == "RcxPower_1 := list[0].1;"
 
 
 def test_a_leg_without_instructions_passes_power(tmp_path: Path) -> None:
@@ -126,6 +131,7 @@ def test_afi_takes_the_power_away(tmp_path: Path) -> None:
     """Behind AFI an OTE is FALSE, and a latch stays as it is."""
     found = _scan(tmp_path, "AFI()XIC(a)OTE(b);", "AFI()OTL(c)OTU(d);", a=True, b=True, d=True)
     assert (found["b"], found["c"], found["d"]) == (False, False, True)
+    assert _scan(tmp_path, "AFI OTE(b);", b=True)["b"] is False
 
 
 def test_ons_passes_power_in_one_scan(tmp_path: Path) -> None:
@@ -260,6 +266,7 @@ def test_a_rung_that_an_edit_would_replace_is_executed(tmp_path: Path, kind: str
         ("[XIC(a)OTE(b);", "rung 0: ] of a branch is expected, not ';'"),
         ("XIC(a)];", "rung 0: ']' is not expected here"),
         ("XIC a;", "rung 0: XIC has no list of operands"),
+        ("AFI XIC;", "rung 0: XIC has no list of operands"),
         ("XIC(a)OTE(b);OTE(c);", "rung 0: 'O' is not expected here"),
         ("XIC(a[1)OTE(b);", "rung 0: ) in an operand of XIC closes nothing"),
         ("MOV('a,j);", "rung 0: a text has no end"),
@@ -290,3 +297,28 @@ def test_operands_may_have_line_breaks(tmp_path: Path) -> None:
     """White space and line breaks within a rung have no meaning."""
     assert _scan(tmp_path, "XIC(\na\n)\n[\nXIC( b ),\nXIC(c)]\nADD(i,\n5 +\n2,\n\ni)\n;", a=True)
     assert _scan(tmp_path, "ADD(i,\n5 +\n2,\n\ni)\n;")["i"] == 7
+
+
+def test_a_bit_may_have_a_varying_number(tmp_path: Path) -> None:
+    """`i.[j]` is the bit of i whose number is j; it is read, assigned, latched and unlatched."""
+    rungs = [
+        "XIC(i.[j])OTE(a);",
+        "XIC(b)OTE(i.[j + 1]);",
+        "OTL(v.[k])OTU(s.[0]);",
+        "XIO(list[2].[j])OTE(c);",
+    ]
+    found = _scan(tmp_path, *rungs, i=0b01001, j=3, k=15, s=3)
+    assert [found[name] for name in "aicvs"] == [True, 0b01001, True, -32768, 2]
+    found = _scan(tmp_path, *rungs, i=0b10001, j=3, k=0, b=False)
+    assert [found[name] for name in "aiv"] == [False, 0b00001, 1]
+    found = _scan(tmp_path, *rungs, i=1, j=30, b=True)
+    assert found["i"] == 1 - 2**31
+
+
+def test_the_page_names_each_instruction() -> None:
+    """The table of the language's page has every instruction, and the table has its source."""
+    page = (_ROOT / "docs/reference/language.md").read_text(encoding="utf-8")
+    section = page.partition("## Ladder of Logix")[2].partition("\n## ")[0]
+    words = set(re.findall(r"\w+", section))
+    assert set(TABLE) - words == set()
+    assert all(entry.source.startswith(("1756-", "assumed")) for entry in TABLE.values())

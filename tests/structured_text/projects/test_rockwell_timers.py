@@ -188,7 +188,9 @@ def test_a_counter_beyond_its_limits(tmp_path: Path) -> None:
 
 def test_res_clears_a_counter_and_a_control(tmp_path: Path) -> None:
     """PRE and LEN stay. Source: 1756-RM003N, page 153."""
-    running = _program(tmp_path, "XIC(a)RES(cnt);", "XIC(a)RES(ctl);", cnt_PRE=2, cnt_ACC=7, ctl_LEN=4)
+    running = _program(
+        tmp_path, "XIC(a)RES(cnt);", "XIC(a)RES(ctl);", cnt_PRE=2, cnt_ACC=7, ctl_LEN=4
+    )
     for name in ("cnt.DN", "cnt.OV", "ctl.EN", "ctl.DN"):
         running.write(f"Main.{name}", True)
     running.write("Main.ctl.POS", 3)
@@ -269,7 +271,7 @@ def test_the_prescan_comes_before_the_first_scan_of_all_programs(tmp_path: Path)
         '<![CDATA[XIC(Shared)OTE(own);]]></Text></Rung><Rung Number="1" Type="N"><Text>'
         "<![CDATA[JSR(Late,0);]]></Text></Rung></RLLContent></Routine>"
         '<Routine Name="Late" Type="RLL"><RLLContent><Rung Number="0" Type="N"><Text>'
-        "<![CDATA[JMP(X)OTE(Shared);]]></Text></Rung><Rung Number=\"1\" Type=\"N\"><Text>"
+        '<![CDATA[JMP(X)OTE(Shared);]]></Text></Rung><Rung Number="1" Type="N"><Text>'
         "<![CDATA[LBL(X)NOP();]]></Text></Rung></RLLContent></Routine></Routines></Program>"
     )
     text = text.replace("<Programs>", '<Tags><Tag Name="Shared" DataType="BOOL"/></Tags><Programs>')

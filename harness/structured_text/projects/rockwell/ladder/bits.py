@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from structured_text.projects.rockwell.ladder.call import Call, Entry
+from structured_text.projects.rockwell.ladder.power import FALSE, TRUE
 
 __all__ = ["BITS"]
 
@@ -18,16 +19,16 @@ def _xio(call: Call) -> None:
 
 
 def _ote(call: Call) -> None:
-    bit = call.bit(0, written=True)
-    call.always(lambda power: [f"{bit} := {power};"])
+    assigned = call.set_bit(0)
+    call.always(lambda power: [assigned(power)])
 
 
 def _otl(call: Call) -> None:
-    call.when(f"{call.bit(0, written=True)} := TRUE;")
+    call.when(call.set_bit(0)(TRUE))
 
 
 def _otu(call: Call) -> None:
-    call.when(f"{call.bit(0, written=True)} := FALSE;")
+    call.when(call.set_bit(0)(FALSE))
 
 
 def _ons(call: Call) -> None:
@@ -40,7 +41,7 @@ def _ons(call: Call) -> None:
 
 
 def _cleared(call: Call) -> Iterator[str]:
-    yield f"{call.bit(0, written=True)} := FALSE;"
+    yield call.set_bit(0)(FALSE)
 
 
 def _set(call: Call) -> Iterator[str]:

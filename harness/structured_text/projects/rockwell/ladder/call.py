@@ -5,14 +5,15 @@ from __future__ import annotations
 import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field
+from functools import partial
 
 from structured_text.errors import VARIABLES
 from structured_text.projects.rockwell.data import Data, First
 from structured_text.projects.rockwell.expression_reader import Routine, Value, bare
 from structured_text.projects.rockwell.ladder.model import Instruction, LadderError
-from structured_text.projects.rockwell.ladder.operands import OperandReader, Tag
+from structured_text.projects.rockwell.ladder.operands import BIT_STRINGS, OperandReader, Tag
 from structured_text.projects.rockwell.ladder.paths import Path, paths_of
-from structured_text.projects.rockwell.ladder.power import TRUE, Action, Flow, Power, negated
+from structured_text.projects.rockwell.ladder.power import FALSE, TRUE, Action, Flow, Power, negated
 
 __all__ = ["Body", "Call", "Entry", "Jump", "prescan_of"]
 
@@ -139,10 +140,25 @@ class Call:
 
     def bit(self, number: int, *, written: bool = False) -> str:
         """Return the operand that is a BOOL tag or a bit of a tag."""
-        text, data = self.operand(number).tag(written=written)
+        reader = self.operand(number)
+        text, data = reader.tag(written=written)
+        if written and reader.varying_bit():
+            raise self.error(
+                f"{self.raw(number)} cannot be written here", "use a bit with a number"
+            )
         if data != Data("BOOL"):
             raise self.error(f"{self.raw(number)} is not a BOOL, as {self._which(number)} is")
         return text
+
+    def set_bit(self, number: int) -> Callable[[str], str]:
+        """Return the function that makes the assignment of a value to the bit in an operand."""
+        reader = self.operand(number)
+        reader.tag(written=True)
+        varying = reader.varying_bit()
+        if varying is None:
+            bit = self.bit(number, written=True)
+            return lambda value: f"{bit} := {value};"
+        return partial(_varying_assignment, *varying)
 
     def tag(self, number: int, *, written: bool = True, element: bool = True) -> Tag:
         """Return the operand that is a tag: its text and its type."""
@@ -253,6 +269,15 @@ def prescan_of(call: Call, prescan: Callable[[Call], Iterable[str]]) -> list[Fir
     if inside:
         lines = (f"IF {inside} THEN", *(f"  {line}" for line in lines), "END_IF;")
     return [First(lines)]
+
+
+def _varying_assignment(tag: str, data: Data, index: str, value: str) -> str:
+    """Return the assignment of a value to the bit of a tag with a varying number."""
+    bits = BIT_STRINGS[data.type]
+    word, one = f"{data.type}_TO_{bits}({tag})", f"SHL({bits}#1, {bare(index)})"
+    off, on = f"{word} AND NOT {one}", f"{word} OR {one}"
+    chosen = {TRUE: on, FALSE: off}.get(value, f"SEL({value}, {off}, {on})")
+    return f"{tag} := {bits}_TO_{data.type}({chosen});"
 
 
 def _operand_of_and(text: str) -> str:

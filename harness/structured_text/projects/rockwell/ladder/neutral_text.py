@@ -21,6 +21,8 @@ from structured_text.projects.rockwell.ladder.model import (
 __all__ = ["read_rung"]
 
 _NAME = re.compile(r"[^\W\d]\w*")
+#: Instructions that may be written without a list of operands.
+_ALONE = ("AFI", "MCR", "NOP", "RET", "SBR", "TND")
 _QUOTES = "'\""
 _OPENING = {"(": ")", "[": "]"}
 #: Greatest nesting of branches and of brackets in an operand.
@@ -103,6 +105,8 @@ class _Reader:
         opened = self._place
         self._place += len(name)
         self._blank()
+        if self._sign() != "(" and name.upper() in _ALONE:
+            return Instruction(name.upper(), (), self._at(opened))
         if self._sign() != "(":
             raise self._error(f"{name} has no list of operands", opened)
         self._place += 1

@@ -20,12 +20,15 @@ from structured_text.projects.rockwell.expression_reader import (
     tokens_of,
 )
 
-__all__ = ["OperandReader", "Tag"]
+__all__ = ["BIT_STRINGS", "OperandReader", "Tag"]
 
 #: Functions of CPT and CMP that have another name in Structured Text.
 _FUNCTIONS = {"SQR": "SQRT", "ASN": "ASIN", "ACS": "ACOS", "ATN": "ATAN", "TRN": "TRUNC"}
 #: Operators of expressions that are words in Structured Text.
 _WORDS = {"&&": "AND", "||": "OR"}
+#: The bit string with as many bits as an integer has.
+BIT_STRINGS = {"SINT": "BYTE", "INT": "WORD", "DINT": "DWORD", "LINT": "LWORD"}
+BIT_STRINGS.update({"USINT": "BYTE", "UINT": "WORD", "UDINT": "DWORD", "ULINT": "LWORD"})
 _WIDENED = re.compile(r"(SINT|INT)_TO_DINT\((.*)\)", re.DOTALL)
 _FROM_BITS = re.compile(r"(BYTE|WORD)_TO_(?:SINT|INT)\((.*)\)", re.DOTALL)
 _LITERAL = re.compile(r"\(?(-?)(\d+)\)?")
@@ -42,6 +45,7 @@ class OperandReader(ExpressionReader):
         for sign, word in _WORDS.items():
             text = text.replace(sign, f" {word} ")
         super().__init__(tokens_of([Line(text, at)]), at, routine)
+        self._varying: tuple[str, Data, str] | None = None
 
     # --- whole operands -------------------------------------------------------------------
 
@@ -66,6 +70,24 @@ class OperandReader(ExpressionReader):
         token = self._peek()
         if token.kind != "end":
             raise self._error(f"{token.text!r} is not expected here", token)
+
+    def _member(self, text: str, data: Data, token: Token) -> Tag:
+        """Read a member; `.[index]` is the bit whose number is the value of the index."""
+        if self._peek().text != "[":
+            return super()._member(text, data, token)
+        if data.type not in INTEGERS or data.sizes or data.stored:
+            raise self._error(f"{text} is not a whole number, so it has no bits", token)
+        self._next()
+        index = self._whole(self._value())
+        self._expect("]")
+        self._varying = text, data, index
+        kind = BIT_STRINGS[data.type]
+        word = f"{data.type}_TO_{kind}({text})"
+        return f"((SHR({word}, {bare(index)}) AND {kind}#1) <> {kind}#0)", Data("BOOL")
+
+    def varying_bit(self) -> tuple[str, Data, str] | None:
+        """Return the tag and the index of a bit `tag.[index]` that was read; None for others."""
+        return self._varying
 
     # --- conversions ----------------------------------------------------------------------
 
