@@ -465,6 +465,7 @@ class _Reader:
         added = body.routine.added
         added.update(body.kept)
         body.routine.first[_key(routine)] = body.first
+        self._notes += [f"{self._file}:{at}: {text}" for at, text in body.notes]
         (added if variables is None else variables).update(body.variables)
         return found
 

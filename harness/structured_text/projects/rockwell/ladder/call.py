@@ -57,6 +57,7 @@ class Body:
         jumps: The jumps that were translated.
         may_return: Whether a RETURN may leave the body; otherwise further statements follow it.
         first: The statements of the prescan, and the routines that it continues with.
+        notes: What a user may miss, each with its line.
     """
 
     routine: Routine
@@ -68,6 +69,7 @@ class Body:
     jumps: list[Jump] = field(default_factory=list)
     may_return: bool = True
     first: list[First] = field(default_factory=list)
+    notes: list[tuple[int, str]] = field(default_factory=list)
 
     def variable(self, name: str, kind: str = "BOOL", *, kept: bool = False) -> str:
         """Return a variable of the translation, and declare it."""
