@@ -67,9 +67,9 @@ def _differences(folder: Path, seed: int, scans: int) -> list[str]:
     rng = random.Random(seed)
     rungs = [_series(rng, 0) for _ in range(12)]
     running = program(written(folder, [f"{_text(rung)};" for rung in rungs]))
-    running.scan(0)  # the prescan comes before this scan, and changes the bits
+    running.scan(0)  # the prescan
     state: dict[str, int] = {name: running.read(f"Main.{name}") for name in (*_BITS, "i")}
-    for scan in range(1, scans):
+    for scan in range(1, scans + 1):
         for bit in _BITS:
             if rng.random() < 0.5:
                 state[bit] = rng.random() < 0.5

@@ -5,6 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
+from tests.support.l5x_ladder import program, written
 
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
@@ -111,3 +112,19 @@ def test_parameters_that_the_controller_refuses_are_named(
 ) -> None:
     """Source: 1756-RM003, JSR: fault 4:31, and equal types of related parameters."""
     assert reason in _refused(tmp_path, main, sub)
+
+
+def test_parameters_of_ladder_routines(tmp_path: Path) -> None:
+    """JSR passes 5 and i; RET returns their sum and leaves the routine. Without power, nothing.
+
+    Source: 1756-RM003, JSR, SBR and RET.
+    """
+    routines = {"Sub": ["SBR(list[0],list[1]);", "ADD(list[0],list[1],list[2])RET(list[2]);"]}
+    routines["Sub"].append("MOV(1,k);")
+    running = program(written(tmp_path, ["XIC(a)JSR(Sub,2,5,i,j);"], routines=routines))
+    running.write("Main.i", 37)
+    running.scan(0)
+    assert running.read("Main.j") == 0
+    running.write("Main.a", True)
+    running.scan(10_000)
+    assert [running.read("Main.j"), running.read("Main.k")] == [42, 0]

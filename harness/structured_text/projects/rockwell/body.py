@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from structured_text.language.source import Line
+from structured_text.projects.rockwell.copies import Place, copied
 from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
 from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
@@ -252,28 +252,14 @@ class _Statements(SubroutineReader):
         source, target = self._place_of(), self._place_of()
         length = self._whole(self._value())
         self._expect(")")
-        (text, data, first), (other, kind, start) = source, target
-        if data.type != kind.type:
-            raise self._error(
-                f"{token.text} between {data.type} and {kind.type} is not supported",
-                token,
-                "convert element by element",
-            )
-        if (
-            data.sizes == kind.sizes
-            and first == start == "0"
-            and length == str(math.prod(data.sizes))
-        ) or (not data.sizes and not kind.sizes and length == "1"):
-            yield f"{other} := {text};"
-        elif len(data.sizes) == len(kind.sizes) == 1:
+        try:
+            lines, counts = copied(Place(*source), Place(*target), length)
+        except ValueError as error:
+            hint = "convert element by element"
+            raise self._error(f"{token.text} {error}", token, hint) from None
+        if counts:
             self._routine.needs.add(COUNTER)
-            yield f"FOR {COUNTER} := 0 TO {length} - 1 DO"
-            yield f"  {other}[{_sum(start)}] := {text}[{_sum(first)}];"
-            yield "END_FOR;"
-        elif length == "1":
-            yield f"{_element(other, kind, start)} := {_element(text, data, first)};"
-        else:
-            raise self._error(f"this {token.text} is not supported", token)
+        yield from lines
 
     def _size_of(self, token: Token) -> str:
         """Translate SIZE(Source, Dimension, Dest)."""

@@ -411,8 +411,8 @@ class _Reader:
                 body = (*body, *made(program.end, f"  {FIRST_SCAN} := FALSE;"))
         end = made(program.end, "END_PROGRAM")
         self._needs |= scope.needs
-        first = prescan.in_order(_key_of(program, "MainRoutineName"), scope.first)
-        shared, mine = prescan.by_scope(first, {plain_tag(_key(one)) for one in own})
+        parts_first = prescan.in_order(_key_of(program, "MainRoutineName"), scope.first)
+        shared, mine = prescan.by_scope(parts_first, {plain_tag(_key(one)) for one in own})
         self._first += shared
         return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file), mine
 
@@ -465,6 +465,7 @@ class _Reader:
         added = body.routine.added
         added.update(body.kept)
         body.routine.first[_key(routine)] = body.first
+        self._notes += [f"{self._file}:{at}: {text}" for at, text in body.notes]
         (added if variables is None else variables).update(body.variables)
         return found
 

@@ -57,6 +57,7 @@ class Body:
         jumps: The jumps that were translated.
         may_return: Whether a RETURN may leave the body; otherwise further statements follow it.
         first: The statements of the prescan, and the routines that it continues with.
+        notes: What a user may miss, each with its line.
     """
 
     routine: Routine
@@ -68,6 +69,7 @@ class Body:
     jumps: list[Jump] = field(default_factory=list)
     may_return: bool = True
     first: list[First] = field(default_factory=list)
+    notes: list[tuple[int, str]] = field(default_factory=list)
 
     def variable(self, name: str, kind: str = "BOOL", *, kept: bool = False) -> str:
         """Return a variable of the translation, and declare it."""
@@ -256,15 +258,6 @@ class Entry:
         self.translate(call)
 
 
-def _varying_assignment(tag: str, data: Data, index: str, value: str) -> str:
-    """Return the assignment of a value to the bit of a tag with a varying number."""
-    bits = BIT_STRINGS[data.type]
-    word, one = f"{data.type}_TO_{bits}({tag})", f"SHL({bits}#1, {bare(index)})"
-    off, on = f"{word} AND NOT {one}", f"{word} OR {one}"
-    chosen = {TRUE: on, FALSE: off}.get(value, f"SEL({value}, {off}, {on})")
-    return f"{tag} := {bits}_TO_{data.type}({chosen});"
-
-
 def prescan_of(call: Call, prescan: Callable[[Call], Iterable[str]]) -> list[First]:
     """Return the statements of an instruction's prescan.
 
@@ -278,6 +271,15 @@ def prescan_of(call: Call, prescan: Callable[[Call], Iterable[str]]) -> list[Fir
     if inside:
         lines = (f"IF {inside} THEN", *(f"  {line}" for line in lines), "END_IF;")
     return [First(lines)]
+
+
+def _varying_assignment(tag: str, data: Data, index: str, value: str) -> str:
+    """Return the assignment of a value to the bit of a tag with a varying number."""
+    bits = BIT_STRINGS[data.type]
+    word, one = f"{data.type}_TO_{bits}({tag})", f"SHL({bits}#1, {bare(index)})"
+    off, on = f"{word} AND NOT {one}", f"{word} OR {one}"
+    chosen = {TRUE: on, FALSE: off}.get(value, f"SEL({value}, {off}, {on})")
+    return f"{tag} := {bits}_TO_{data.type}({chosen});"
 
 
 def _operand_of_and(text: str) -> str:

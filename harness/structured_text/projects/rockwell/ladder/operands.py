@@ -62,6 +62,16 @@ class OperandReader(ExpressionReader):
             self._end_here()
         return found
 
+    def place(self, *, written: bool = False) -> tuple[str, Data, str]:
+        """Return an array, its type and the index at which the operand begins, or a tag and 0."""
+        text, data = self._variable(written=written, element=False)
+        index = "0"
+        if data.sizes and self._take("["):
+            index = bare(self._whole(self._value()))
+            self._expect("]")
+        self._end_here()
+        return text, data, index
+
     def read(self, text: str, data: Data) -> Value:
         """Return the value of a variable."""
         return self._read(text, data, self._peek())
