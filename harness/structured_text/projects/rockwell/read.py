@@ -405,8 +405,8 @@ class _Reader:
             lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
             if not isinstance(body, Foreign) and _returns(body):
                 lines += made(program.at, f"  VAR {_SCANNED} : BOOL; END_VAR")
-                first = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
-                body = (*made(program.at, *first), *body)
+                begin = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
+                body = (*made(program.at, *begin), *body)
             elif not isinstance(body, Foreign):
                 body = (*body, *made(program.end, f"  {FIRST_SCAN} := FALSE;"))
         end = made(program.end, "END_PROGRAM")
