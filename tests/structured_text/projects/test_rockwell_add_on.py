@@ -9,8 +9,8 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
-from l5x_ladder import main_body, program, read, routine, written
 
+from l5x_ladder import main_body, program, read, routine, written
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.projects.model import Foreign
 

@@ -10,8 +10,8 @@ import math
 from pathlib import Path
 
 import pytest
-from l5x_ladder import main_body, program, written
 
+from l5x_ladder import main_body, program, written
 from structured_text.projects.model import Foreign
 
 

@@ -8,8 +8,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from l5x_ladder import main_body, program, read, written
 
+from l5x_ladder import main_body, program, read, written
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.projects.model import Foreign
 

@@ -10,6 +10,7 @@ import random
 from pathlib import Path
 
 import pytest
+
 from l5x_ladder import program, written
 
 _BITS = "abcd"

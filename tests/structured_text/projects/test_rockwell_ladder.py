@@ -11,8 +11,8 @@ from itertools import product
 from pathlib import Path
 
 import pytest
-from l5x_ladder import main_body, program, read, written
 
+from l5x_ladder import main_body, program, read, written
 from structured_text.projects.model import Foreign
 from structured_text.projects.rockwell.ladder.table import TABLE
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 
 import pytest
-from l5x_ladder import program, written
 
+from l5x_ladder import program, written
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
 from structured_text.language.load import load
