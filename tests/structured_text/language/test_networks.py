@@ -135,8 +135,8 @@ def test_the_source_of_a_ladder_body_has_its_diagram(tmp_path: Path) -> None:
     rung = rail + element("contact", 2, "A", "1", "10 0") + element("coil", 3, "B", "2", "20 0")
     file.write_text(project("A B : BOOL", f"<LD>{rung}</LD>"), encoding="utf-8")
     own = source_files(file, None).own
-    main = next(one for one in own if getattr(one, "title", "") == "Main")
-    ((name, diagram),) = getattr(main, "diagrams", ())
+    main = next(one for one in own if isinstance(one, Extract) and one.title == "Main")
+    ((name, diagram),) = main.diagrams
     assert name == "Main"
     assert [type(one).__name__ for one in diagram.elements] == ["Rail", "Contact", "Coil"]
     networks = {line.network for line in getattr(main, "lines", ()) if line.text == "B := A;"}

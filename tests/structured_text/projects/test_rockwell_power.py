@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import random
 from pathlib import Path
+from typing import TypeAlias
 
 import pytest
 
@@ -16,7 +17,7 @@ from l5x_ladder import program, written
 _BITS = "abcdefgh"
 _INPUTS = ("XIC", "XIO", "ONS")
 _OUTPUTS = ("OTE", "OTL", "OTU", "ADD")
-_Series = list[object]
+_Series: TypeAlias = "list[tuple[str, str] | list[_Series]]"
 
 
 def _series(rng: random.Random, depth: int) -> _Series:
