@@ -37,7 +37,9 @@ from structured_text.projects.diagrams.networks.model import (
 )
 from structured_text.projects.diagrams.networks.operators import (
     applied,
+    common,
     inputs_count,
+    needs_context,
     result_type,
     standard_name,
 )
@@ -50,7 +52,10 @@ __all__ = ["Blocks"]
 _ENABLE, _ENABLED = "EN", "ENO"
 #: Functions for which matiec computes with more bits than the type of the argument has, if the
 #: argument is a sum or product. As Beremiz gives each result to a variable, it is cut to its type.
-_WIDE = ("GT", "GE", "EQ", "LE", "LT", "NE", "DIV", "MOD", "MAX", "MIN", "LIMIT", "MUX", "ABS")
+_COMPARISONS = ("GT", "GE", "EQ", "LE", "LT", "NE")
+_WIDE = (*_COMPARISONS, "DIV", "MOD", "MAX", "MIN", "LIMIT", "MUX", "ABS")
+#: The number of blocks on a line within which the type of a value is searched.
+_FARTHEST = 8
 
 
 class Owner(Protocol):
@@ -126,7 +131,7 @@ class Blocks:
         return self._value_of((block.id, self._result_pin(block, pin)), block, pin)
 
     def _value_of(self, key: tuple[str, str], block: Block, pin: str) -> Use:
-        kind = self._statements.kind_of(key) or self._type_of(block, pin, frozenset())
+        kind = self._type_of(block, pin, frozenset())
         if not self._statements.is_bound(key):
             if not self._by_position:
                 text = f"{named(block)} depends on its own result"
@@ -249,7 +254,7 @@ class Blocks:
 
     def _call(self, block: Block) -> None:
         callee = self._callee(block)
-        if not block.instance and (callee is None or callee.kind != "PROGRAM"):
+        if not block.instance and (callee is None or callee.kind not in ("PROGRAM", "ACTION")):
             text = f"{named(block)} has no instance"
             raise wrong(block, text, "declare a variable of its type, and name it at the block")
         name = block.instance or block.type
@@ -368,7 +373,10 @@ class Blocks:
             missing = next((p.name for p in self._inputs(block) if p.name not in given), "")
             text = f"the input {missing} of {named(block)} is not connected".replace("  ", " ")
             raise wrong(block, text, "connect it to a variable or a literal")
-        expected = self._type_of(block, result.name.upper() if result else "", frozenset())
+        kinds = [value.type for _, value in arguments]
+        expected = ""
+        if result is not None and needs_context(name, kinds, self._types):
+            expected = self._expected(block, result.name.upper(), frozenset())
         if self._by_position and name in _WIDE:
             for _, value in arguments:
                 self._statements.cut(value)
@@ -472,22 +480,40 @@ class Blocks:
             return "0" if base in ANY_INT else "0.0"
         return {"TIME": "T#0s", "STRING": "''"}.get(base, "")
 
-    def _expected(self, block: Block, pin: str) -> str:
-        """Return the type that the first user of an output expects; empty if it is unknown."""
+    def _expected(self, block: Block, pin: str, seen: frozenset[str]) -> str:
+        """Return the type that the users of an output expect; empty if it is unknown."""
         for output in block.outputs:
             if output.name.upper() == pin and output.target.strip():
                 return self._types.of(output.target)
         for element, name in self._graph.users((block.id, pin)):
-            if isinstance(element, OutVariable):
-                return self._types.of(element.expression)
-            if isinstance(element, (Coil, Contact, Jump, Return)):
-                return "BOOL"
-            if isinstance(element, Block):
-                callee = self._callee(element)
-                found = callee.pin(name) if callee is not None else None
-                if found is not None and not found.type.upper().startswith("ANY"):
-                    return found.type
+            found = self._expected_by(element, name, seen | {block.id})
+            if found and not found.upper().startswith("ANY"):
+                return found
         return ""
+
+    def _expected_by(self, element: Element, name: str, seen: frozenset[str]) -> str:
+        """Return the type that an element expects at an input; empty if it is unknown."""
+        if isinstance(element, OutVariable):
+            return self._types.of(element.expression)
+        if not isinstance(element, Block):
+            return "BOOL" if isinstance(element, (Coil, Contact, Jump, Return)) else ""
+        callee = self._callee(element)
+        if callee is not None:
+            pin = callee.pin(name)
+            return pin.type if pin is not None else ""
+        function = standard_name(element.type)
+        if element.id in seen or not function or len(seen) > _FARTHEST:
+            return ""
+        # The other inputs and the result of most standard functions have the same type.
+        others = [one for one in self._inputs(element) if one.name != name]
+        if function in ("SEL", "MUX"):
+            others = others[1:] if self._inputs(element)[0].name != name else []
+        kinds = [self._type_at(one, seen | {element.id}) for one in others]
+        found = common([kind for kind in kinds if not kind.startswith("ANY")], self._types)
+        result = self._result_of(element)
+        if not found and function not in _COMPARISONS and result is not None:
+            found = self._expected(element, result.name.upper(), seen)
+        return found
 
     def _type_of(self, block: Block, pin: str, seen: frozenset[str]) -> str:
         """Return the type of an output from the types of the inputs, before it is computed."""
@@ -497,15 +523,19 @@ class Blocks:
         if callee is not None:
             declared = callee.pin(pin)
             return declared.type if declared is not None else callee.result
-        if block.id in seen:
-            return ""
+        found = self._statements.kind_of((block.id, self._result_pin(block, pin)))
+        if found or block.id in seen or len(seen) > _FARTHEST:
+            return found
         kinds = [
             self._type_at(one, seen | {block.id})
             for one in self._inputs(block)
             if one.connections or one.value.strip()
         ]
-        found = result_type(standard_name(block.type), kinds, self._types, "")
-        return found or self._expected(block, pin)
+        name = standard_name(block.type)
+        expected = ""
+        if needs_context(name, kinds, self._types):
+            expected = self._expected(block, pin, seen)
+        return result_type(name, kinds, self._types, expected)
 
     def _type_at(self, pin: Input, seen: frozenset[str]) -> str:
         """Return the type of the value at an input, from the first line with a known type."""

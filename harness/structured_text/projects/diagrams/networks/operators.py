@@ -22,7 +22,15 @@ from structured_text.projects.diagrams.networks.expressions import (
 )
 from structured_text.projects.diagrams.networks.types import ANY_INTEGER, ANY_NUMBER, Types
 
-__all__ = ["applied", "common", "inputs_count", "is_standard", "result_type", "standard_name"]
+__all__ = [
+    "applied",
+    "common",
+    "inputs_count",
+    "is_standard",
+    "needs_context",
+    "result_type",
+    "standard_name",
+]
 
 #: Operators of the language that a function of the standard stands for.
 _OPERATORS = {
@@ -123,6 +131,18 @@ def _rank(kind: str) -> int:
         return -2 if kind == ANY_INTEGER else -1
     place = next((row.index(kind) for row in _RANKS if kind in row), 0)
     return place + 10 * (kind in ANY_REAL)
+
+
+def needs_context(name: str, kinds: Sequence[str], types: Types) -> bool:
+    """Return whether the inputs of a standard function do not determine the type of its result."""
+    if name == "NOT":
+        return not common(kinds, types)
+    signature = FUNCTIONS.get(name)
+    if signature is None:
+        return False
+    if signature.result != "T":
+        return signature.result not in ELEMENTARY
+    return common(_shared(name, signature, kinds), types) in ("", ANY_INTEGER, ANY_NUMBER)
 
 
 def result_type(name: str, kinds: Sequence[str], types: Types, expected: str) -> str:

@@ -37,6 +37,8 @@ OUTSIDE, ANYTHING = "*outside", "*anything"
 
 #: A condition with more variables than this gets a variable if it is used more than once.
 _SHORT = 2
+#: The value of a block with more variables than this always gets a variable.
+_LONG = 12
 
 Written = Callable[[Expression], str]
 
@@ -77,6 +79,7 @@ class Statements:
     def __init__(self, names: Names, types: Types, users: Callable[[Key], Sequence[str]]) -> None:
         self._names, self._types, self._users = names, types, users
         self.variables: dict[str, str] = {}
+        self._added: set[str] = set()
         self.made: list[Made | Jumped] = []
         self._bound: dict[Key, Expression] = {}
         self._waiting: dict[Key, Element] = {}
@@ -95,6 +98,7 @@ class Statements:
         count = self._counts[kind, plain] = self._counts.get((kind, plain), 0) + 1
         found = self._names.of(kind, f"{plain}_{count}" if count > 1 else plain)
         self.variables[found] = declared
+        self._added.add(found.upper())
         return found
 
     def _variable_for(self, key: Key, element: Element) -> str:
@@ -182,16 +186,23 @@ class Statements:
             return
         self._bound[key] = value
         self._waiting[key] = element
-        if len(users) > 1 and not self._is_short(value):
+        is_long = isinstance(element, Block) and self._total(value) > _LONG
+        if is_long or (len(users) > 1 and not self._is_short(value)):
             self.keep(key, otherwise)
 
     def _is_short(self, value: Expression) -> bool:
         value = self._resolved(value)
-        if isinstance(value, Infix) and value.op not in ("AND", "OR"):
+        if isinstance(value, Infix) and (value.op not in ("AND", "OR") or value.type != "BOOL"):
             return False
         parts = map(self._resolved, parts_of(value))
         simple = all(isinstance(part, (Text, Not)) for part in parts)
         return not isinstance(value, Call) and simple and size(value) <= _SHORT
+
+    def _total(self, value: Expression) -> int:
+        """Return the number of variables and literals in the text of a value."""
+        if isinstance(value, Use):
+            return self._total(self._bound[value.key]) if value.key in self._waiting else 1
+        return sum(map(self._total, parts_of(value))) or 1
 
     def _resolved(self, value: Expression) -> Expression:
         while isinstance(value, Use) and value.key in self._bound:
@@ -279,11 +290,8 @@ class Statements:
 
     def marked(self, names: frozenset[str]) -> frozenset[str]:
         """Return names, with a mark if other POUs can change one of them."""
-        own = all(self._types.is_own(name) or name in self._upper() for name in names)
+        own = all(self._types.is_own(name) or name in self._added for name in names)
         return names if own else names | {OUTSIDE}
-
-    def _upper(self) -> set[str]:
-        return {name.upper() for name in self.variables}
 
     # --- statements ---
 

@@ -14,7 +14,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from structured_text.projects.diagrams.networks.calls import Blocks
-from structured_text.projects.diagrams.networks.check import check, named, wrong
+from structured_text.projects.diagrams.networks.check import (
+    DiagramError,
+    check,
+    named,
+    wrong,
+)
 from structured_text.projects.diagrams.networks.expressions import (
     FALSE,
     TRUE,
@@ -60,7 +65,12 @@ def translate(diagram: Diagram, names: Names, types: Types) -> tuple[Lines, Line
     """
     check(diagram)
     made_by = _Translation(diagram, names, types)
-    made_by.run()
+    try:
+        made_by.run()
+    except RecursionError:
+        text = "too many elements follow one another in a line"
+        hint = "divide the line, with a variable between its parts"
+        raise DiagramError(text, min((n.at for n in diagram.networks), default=1), hint) from None
     made_by.statements.check_types()
     lines = arranged(diagram, made_by.statements)
     variables = made_by.statements.variables

@@ -338,3 +338,63 @@ def test_blocks_run_on_matiec(tmp_path: Path, matiec: Matiec) -> None:
     expected = [(2, 1, True, 4), (2, 1, False, 8), (4, 2, True, 16)]
     assert matiec_rows(drawing, tmp_path, given, "S N Ok M", matiec) == expected
     assert scanned(drawing, tmp_path, given, "S N Ok M") == expected
+
+
+@pytest.mark.parametrize(
+    ("kind", "pins", "declared"),
+    [
+        ("SEL", {"G": "=A", "IN0": "=0", "IN1": "=1"}, "LREAL"),
+        ("ADD", {"IN1": "=1", "IN2": "=2"}, "LREAL"),
+        ("LEN", {"IN": "='abc'"}, "INT"),
+        ("ADD", {"IN1": "=D", "IN2": "=2"}, "DINT"),
+        ("MUL", {"IN1": "=D", "IN2": "=R"}, "REAL"),
+        ("GE", {"IN1": "=D", "IN2": "=2"}, "BOOL"),
+        ("AND", {"IN1": "=W", "IN2": "=16#FF"}, "WORD"),
+        ("ADD", {"IN1": "=T#1s", "IN2": "=T#2s"}, "TIME"),
+        ("DINT_TO_REAL", {"IN": "=D"}, "REAL"),
+        ("TO_UINT", {"IN": "=D"}, "UINT"),
+    ],
+)
+def test_the_type_of_an_added_variable(kind: str, pins: dict[str, str], declared: str) -> None:
+    """It comes from the inputs; for literals alone, from what the result is multiplied with."""
+    drawing = Drawing("A : BOOL; D : DINT; R : REAL; L : LREAL; W : WORD;", by_position=False)
+    value = drawing.block(kind, pins)
+    drawing.write("L", drawing.block("MUL", {"IN1": value, "IN2": "=L"}))
+    drawing.write("L", drawing.block("MUL", {"IN1": value, "IN2": "=L"}))
+    section, _ = drawing.translated()
+    assert section[1].text.rpartition(" : ")[2] == f"{declared};"
+
+
+def test_a_long_line_is_translated(tmp_path: Path) -> None:
+    """Sixty sums in a row, and sixty contacts: twelve values are in one statement at most."""
+    drawing = Drawing("A, X : BOOL; N : INT;")
+    value, power = drawing.read("1"), "0"
+    for _ in range(60):
+        value = drawing.block("ADD", {"IN1": value, "IN2": "=1"})
+        power = drawing.contact("A", power)
+    drawing.write("N", value)
+    drawing.coil("X", power)
+    assert scanned(drawing, tmp_path, [{"A": True}], "N X") == [(61, True)]
+    lines = drawing.text()
+    assert max(map(len, lines)) <= 100
+    assert lines[1] == "RcxAdd_1 := " + " + ".join(["1"] * 13) + ";"
+
+
+def test_a_line_without_an_end_is_an_error() -> None:
+    """A thousand sums in a row are too many."""
+    drawing = Drawing("N : INT;")
+    value = drawing.read("1")
+    for _ in range(1000):
+        value = drawing.block("ADD", {"IN1": value, "IN2": "=1"})
+    drawing.write("N", value)
+    with pytest.raises(DiagramError) as caught:
+        drawing.text()
+    assert caught.value.message == "too many elements follow one another in a line"
+
+
+def test_a_program_is_called_by_a_block(tmp_path: Path) -> None:
+    """The program has no instance at the block."""
+    other = "PROGRAM Other\nVAR N : INT; END_VAR\nN := N + 1;\nEND_PROGRAM\nEND_POU\n"
+    drawing = Drawing("A : BOOL;", other, by_position=False)
+    drawing.block("Other", {"EN": drawing.contact("A")}, ["ENO"])
+    assert drawing.text()[1:] == ["IF A THEN", "  Other();", "END_IF;"]

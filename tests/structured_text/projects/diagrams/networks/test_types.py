@@ -106,3 +106,17 @@ def test_variables_that_other_pous_can_change(types: Types) -> None:
     ]
     assert types.is_list("gvl")
     assert types.base("Count") == "UINT"
+
+
+def test_actions_of_the_program_are_called_by_their_names() -> None:
+    """An action of another program needs the name of that program."""
+    action = Piece("Main.Act", made(1, "ACTION Act:"))
+    head = made(1, "PROGRAM Main")
+    units = [Unit("PROGRAM", Piece("Main", head, (), (), (action,)), Path("plc.xml"))]
+    declared = Declarations(units)
+    own, other = declared.types("Main", head), declared.types("Other", head)
+    found = own.callee("act")
+    assert found is not None
+    assert (found.kind, found.pins) == ("ACTION", ())
+    assert other.callee("Act") is None
+    assert other.callee("Main.Act") == found
