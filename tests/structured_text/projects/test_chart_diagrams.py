@@ -96,7 +96,7 @@ def test_conditions_are_connected_to_networks(tmp_path: Path) -> None:
     assert got == ["0", "1", "2", "2", "2", "3"]
 
 
-def test_a_block_of_conditions_is_executed_once_after_the_transitions(tmp_path: Path) -> None:
+def test_a_block_of_conditions_is_executed_after_the_transitions(tmp_path: Path) -> None:
     """The counter C counts an edge of A once per scan, and its Q of the last scan is the condition.
 
           +-- CTU --+
