@@ -398,3 +398,33 @@ def test_a_program_is_called_by_a_block(tmp_path: Path) -> None:
     drawing = Drawing("A : BOOL;", other, by_position=False)
     drawing.block("Other", {"EN": drawing.contact("A")}, ["ENO"])
     assert drawing.text()[1:] == ["IF A THEN", "  Other();", "END_IF;"]
+
+
+def test_eno_is_written_to_a_variable_while_en_is_false(tmp_path: Path) -> None:
+    """Ok is behind ENO itself and becomes FALSE in a network.
+
+    In the order by position, it stays TRUE. Source: Beremiz, PLCGenerator.py, GetUsedEno.
+    """
+    drawing = Drawing("A, Ok : BOOL; N : INT;", by_position=False)
+    pins = {"EN": drawing.contact("A"), "IN1": "=N", "IN2": "=1"}
+    add = drawing.block("ADD", pins, ["ENO", "OUT"])
+    drawing.write("Ok", f"{add}.ENO")
+    given = [{"A": True}, {"A": False}]
+    assert scanned(drawing, tmp_path, given, "Ok") == [(True,), (False,)]
+    drawing.by_position = True
+    assert scanned(drawing, tmp_path, given, "Ok") == [(True,), (True,)]
+
+
+def test_both_blocks_of_a_chain_change_the_variable_itself(tmp_path: Path) -> None:
+    """S is 2 behind the first block and 4 behind the second one."""
+    drawing = Drawing("S : INT; Add1, Add2 : Adder;", _ADDER, by_position=False)
+    first = drawing.block("Adder", {"Sum": drawing.read("S"), "Go": "=TRUE"}, ["Sum"], "Add1")
+    drawing.block("Adder", {"Sum": f"{first}.Sum", "Go": "=TRUE"}, ["Sum"], "Add2")
+    assert scanned(drawing, tmp_path, [{}, {}], "S") == [(4,), (8,)]
+
+
+def test_a_sum_is_cut_to_its_type_before_it_is_compared() -> None:
+    """The generator of Beremiz gives it to an INT; matiec would compare it with more bits."""
+    drawing = Drawing("A : INT; X : BOOL;")
+    drawing.coil("X", _two(drawing, "GT", _two(drawing, "ADD", "A", "1"), "A"))
+    assert drawing.text()[1:] == ["RcxAdd_1 := A + 1;", "X := RcxAdd_1 > A;"]

@@ -244,3 +244,10 @@ def test_a_contact_that_leads_nowhere_is_named_in_a_comment() -> None:
         "Motor := Start;",
         "(* The contact Motor leads nowhere: it has no effect. *)",
     ]
+
+
+def test_an_inverted_coil_at_the_rail_is_false() -> None:
+    """The rail is always TRUE."""
+    drawing = Drawing("X : BOOL;")
+    drawing.coil("X", negated=True)
+    assert drawing.text()[1:] == ["X := FALSE;"]
