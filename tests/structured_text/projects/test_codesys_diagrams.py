@@ -330,3 +330,14 @@ def test_an_element_of_the_tool_that_is_not_known_is_named(tmp_path: Path) -> No
     body = _RAIL + _title(1).replace("networktitle", "spiral")
     note = notes_of(tmp_path, _codesys("A : BOOL", f"<LD>{body}</LD>"))
     assert "the element spiral of the tool is not supported" in note
+
+
+def test_a_huge_number_of_an_element_is_only_a_number(tmp_path: Path) -> None:
+    """A damaged file with an element in network 1,844,674,407 is read at once."""
+    number = 2**64 - 1
+    body = element("inVariable", number - 1, "A")
+    body += element("outVariable", number, "B", f"{number - 1}")
+    text = _codesys("A B : BOOL", f"<FBD>{body}</FBD>")
+    assert scanned(program_of(tmp_path, text), "A", "B", "1") == ["1"]
+    networks = {words: network for _, network, words in text_of(tmp_path, text)}
+    assert networks["B := A;"] == "network 1844674407"

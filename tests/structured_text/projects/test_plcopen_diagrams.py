@@ -228,3 +228,10 @@ def test_a_diagram_that_is_not_read_is_named_with_its_reason(
     note = notes_of(tmp_path, text.replace(old, new))
     assert "the body of Main is not read: " in note
     assert reason in note
+
+
+def test_a_diagram_beside_another_body_is_named(tmp_path: Path) -> None:
+    """A POU with several bodies is read only if all of them are in Structured Text."""
+    text = project("Start Stop Motor : BOOL", f"<LD>{_SEAL}</LD>")
+    note = notes_of(tmp_path, text.replace("</body>", "</body><body><FBD/></body>"))
+    assert "is not read: it has several bodies, and one is in LD (draw a single body)" in note

@@ -158,7 +158,7 @@ class _Reader:
 
     def _element(self, one: Xml) -> Element:
         order = one.get("executionOrderId")
-        number = int(order) if order.isdigit() else 0
+        number = int(order) if order.isdecimal() and len(order) < 10 else 0
         try:
             made = self._made(one)
         except DiagramError as error:  # the number of the network is not known yet

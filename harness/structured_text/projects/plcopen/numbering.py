@@ -17,6 +17,8 @@ __all__ = ["Note", "numbered"]
 
 #: In FBD, CODESYS numbers elements from this number times the number of their network.
 _STRIDE = 10**10
+#: Digits of the largest number of an element (2**64 - 1).
+_DIGITS = 20
 
 
 @dataclass(frozen=True)
@@ -100,23 +102,23 @@ def _by_title(
 
 
 def _stride(name: str) -> int:
-    return int(name) // _STRIDE if name.isdigit() else 0
+    return int(name) // _STRIDE if name.isdecimal() and len(name) <= _DIGITS else 0
 
 
 def _by_stride(
     elements: Sequence[Element], notes: Sequence[Note]
 ) -> tuple[tuple[Network, ...], list[Element]]:
-    """Return networks by the numbers of their elements; a network that is missing is empty."""
+    """Return networks by the numbers of their elements; the numbers may have gaps."""
     made = [
         replace(one, network=0 if isinstance(one, Rail) else max(_stride(one.id), 1))
         for one in elements
     ]
-    highest = max([one.network for one in made] + [_stride(note.id) for note in notes] + [1])
-    at = made[0].at if made else 1
-    networks = []
-    for number in range(1, highest + 1):
-        at = min((one.at for one in made if one.network == number), default=at)
-        networks.append(Network(number, at=at))
+    places: dict[int, int] = {}
+    for one in made:
+        places[one.network] = min(places.get(one.network, one.at), one.at)
+    for note in notes:
+        places.setdefault(max(_stride(note.id), 1), note.at)
+    networks = [Network(number, at=at) for number, at in sorted(places.items()) if number]
     for note in notes:
         networks = _noted(networks, max(_stride(note.id), 1), note)
     return tuple(networks), made
@@ -207,7 +209,8 @@ def _noted(networks: list[Network], number: int, note: Note) -> list[Network]:
     """Return the networks with a comment or label added to one of them."""
     if not networks:
         networks = [Network(1, at=note.at)]
-    old = networks[number - 1]
+    place = next((k for k, one in enumerate(networks) if one.number == number), 0)
+    old = networks[place]
     if note.kind == "label" and old.label:
         text = f"network {number}: it has two labels, {old.label} and {note.text}"
         raise DiagramError(text, note.at, "use one label for both jumps")
@@ -217,4 +220,4 @@ def _noted(networks: list[Network], number: int, note: Note) -> list[Network]:
         new = replace(old, title=note.text)
     else:
         new = replace(old, comment="\n".join(text for text in (old.comment, note.text) if text))
-    return [*networks[: number - 1], new, *networks[number:]]
+    return [*networks[:place], new, *networks[place + 1 :]]

@@ -178,6 +178,9 @@ class _Reader:
                     transitions = element.all("transitions", "transition")
                     bodies_of = {one.get("name").upper(): self._body(one) for one in transitions}
                     return Charted("SFC", one.at, "", one, bodies_of, self._dialect)
+                if one.name in (*DRAWN, "SFC"):
+                    why = f"it has several bodies, and one is in {one.name} (draw a single body)"
+                    return Foreign(one.name, one.at, why)
                 if one.name != "ST":
                     return Foreign(re.sub(r".*/", "", one.name).upper(), one.at)
                 lines += text_of(one)
