@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import ceil
 
 from structured_text.projects.diagrams.networks.draw.drawing import (
     Drawing,
@@ -26,7 +27,7 @@ def in_bands(drawing: Drawing, width: int) -> Drawing:
     """
     heading = tuple(line for text in drawing.heading for line in wrapped(text, max(width, 20)))
     drawing = replace(drawing, heading=heading)
-    if drawing.width <= width:
+    if drawing.width <= width or not drawing.cuts:
         return drawing
     rows = {cut: _rows_at(drawing, cut) for cut in drawing.cuts}
     mark = 1 + len(str(sum(map(len, rows.values()))))
@@ -106,7 +107,7 @@ class _Cutter:
         """Return the bands as a drawing that cannot be cut again."""
         return replace(
             self._whole,
-            width=self._width,
+            width=max([self._width, *(ceil(wire.x2) for wire in self._wires)]),
             height=self._row - _GAP,
             symbols=tuple(self._symbols),
             wires=tuple(self._wires),
