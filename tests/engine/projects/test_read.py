@@ -63,8 +63,9 @@ def test_codesys_declarations_as_plain_text_methods_lists_and_tasks(
     """
     code, texts = _imported(_DATA / "codesys.xml", tmp_path)
     assert code == 1
-    assert f"{_DATA}/codesys.xml:122: the body of FB_Lamp is in Ladder Diagram (LD)" in (
-        capsys.readouterr().out
+    assert (
+        f"{_DATA}/codesys.xml:122: the body of FB_Lamp is in Continuous Function Chart (CFC)"
+        in (capsys.readouterr().out)
     )
     assert (
         texts["FB_Step"]
@@ -110,7 +111,7 @@ CONFIGURATION Tasks
 END_CONFIGURATION
 """
     )
-    assert "(* The body is in Ladder Diagram (LD) and is not read" in texts["FB_Lamp"]
+    assert "(* The body is in Continuous Function Chart (CFC) and is not read" in texts["FB_Lamp"]
 
 
 @pytest.mark.parametrize("named", ["twincat", "twincat/Cell.plcproj"])

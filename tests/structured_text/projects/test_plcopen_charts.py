@@ -105,12 +105,6 @@ def test_a_chart_is_executed(opened: _Open, company: str, last: int) -> None:
     ("old", "new", "reason"),
     [
         ("<jumpStep", '<macroStep localId="77" name="M"/><jumpStep', "the macro step M"),
-        (
-            _when("Go"),
-            '<condition><connectionPointIn><connection refLocalId="1"/></connectionPointIn>'
-            "</condition>",
-            "the condition of the transition Start -> (L, R) is a network",
-        ),
         (_when("Go"), "", "the condition of the transition Start -> (L, R) is empty"),
         ('qualifier="N"', 'qualifier="SD"', "an action with SD in the step L has no time"),
         ('targetName="Start"', 'targetName="Stat"', "there is no step Stat"),
@@ -119,11 +113,11 @@ def test_a_chart_is_executed(opened: _Open, company: str, last: int) -> None:
             '<step localId="4" name="L"><addData><data name="x"><EntryAction/></data></addData>',
             "the step L has an entry, exit or main action of the tool",
         ),
-        ("<ST><xhtml:p>N := N + 1;</xhtml:p></ST>", "<LD/>", "the action Work is in Ladder"),
+        ("<ST><xhtml:p>N := N + 1;</xhtml:p></ST>", "<IL/>", "the action Work is in Instruction"),
         (
             "<ST><xhtml:p>NOT Go</xhtml:p></ST>",
-            "<LD/>",
-            "the condition of the transition (L, R) -> Start is in LD",
+            "<IL/>",
+            "the condition of the transition (L, R) -> Start is in IL",
         ),
     ],
 )
