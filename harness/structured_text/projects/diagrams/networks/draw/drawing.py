@@ -27,10 +27,12 @@ class State:
     Attributes:
         energised: Whether there is power at the output of an element.
         values: The texts to show beside the names.
+        between: The text between a name and its value.
     """
 
     energised: Mapping[str, bool] = field(default_factory=dict)
     values: Mapping[str, str] = field(default_factory=dict)
+    between: str = " = "
 
     def on(self, element: str, pin: str = "") -> bool | None:
         """Return whether an output has power; None if this is not known."""
@@ -39,7 +41,7 @@ class State:
     def named(self, name: str, key: str) -> str:
         """Return a name with its value behind it, if there is one."""
         value = self.values.get(key, "")
-        return " = ".join(part for part in (name, value) if part)
+        return self.between.join(part for part in (name, value) if part)
 
 
 @dataclass(frozen=True)

@@ -29,23 +29,23 @@ _HALF = 8
 #: Space between a text and its line, in pixels.
 _SPACE = 3
 
-#: Style sheet of a drawing. All its rules are for elements of the class `network`.
+#: Style sheet of a drawing. All its rules are for elements of the class `diagram`.
 STYLE = (
-    ".network{--ink:#1d2733;--soft:#566371;--on:#0b6bcb;--back:#fff;--fill:#eef2f6}"
+    ".diagram{--ink:#1d2733;--soft:#566371;--on:#0b6bcb;--back:#fff;--fill:#eef2f6}"
     "@media(prefers-color-scheme:dark){"
-    ".network{--ink:#dde5ee;--soft:#93a1b1;--on:#74b3f2;--back:#1a2430;--fill:#263442}}"
-    ".network .ground{fill:var(--back)}"
-    ".network text{font:12px 'DejaVu Sans Mono',Consolas,monospace;fill:var(--ink);"
+    ".diagram{--ink:#dde5ee;--soft:#93a1b1;--on:#74b3f2;--back:#1a2430;--fill:#263442}}"
+    ".diagram .ground{fill:var(--back)}"
+    ".diagram text{font:12px 'DejaVu Sans Mono',Consolas,monospace;fill:var(--ink);"
     "dominant-baseline:central;white-space:pre}"
-    ".network .head{font-weight:bold}.network .more{fill:var(--soft)}"
-    ".network .middle{text-anchor:middle}"
-    ".network path,.network rect.line,.network circle{fill:none;stroke:var(--ink);"
+    ".diagram .head{font-weight:bold}.diagram .more{fill:var(--soft)}"
+    ".diagram .middle{text-anchor:middle}"
+    ".diagram path,.diagram rect.line,.diagram circle{fill:none;stroke:var(--ink);"
     "stroke-width:1.5}"
-    ".network rect.line{fill:var(--fill)}.network circle.full{fill:var(--ink);stroke:none}"
-    ".network .rail{stroke-width:3}"
-    ".network path.on{stroke:var(--on);stroke-width:3.5}.network circle.full.on{fill:var(--on)}"
-    ".network text.on{font-weight:bold;fill:var(--on)}"
-    ".network circle.not{fill:var(--back)}.network .cut{fill:var(--soft)}"
+    ".diagram rect.line{fill:var(--fill)}.diagram circle.full{fill:var(--ink);stroke:none}"
+    ".diagram .rail{stroke-width:3}"
+    ".diagram path.on{stroke:var(--on);stroke-width:3.5}.diagram circle.full.on{fill:var(--on)}"
+    ".diagram text.on{font-weight:bold;fill:var(--on)}"
+    ".diagram circle.not{fill:var(--back)}.diagram .cut{fill:var(--soft)}"
 )
 
 
@@ -76,7 +76,7 @@ def network_svg(
     ids = f"{name}-{network}-title", f"{name}-{network}-words"
     title, *more = drawing.heading or ("",)
     lines = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" class="network" role="img"'
+        f'<svg xmlns="http://www.w3.org/2000/svg" class="diagram" role="img"'
         f' width="{wide}" height="{high}" viewBox="0 0 {wide} {high}"'
         f' aria-labelledby="{escape(" ".join(ids))}">',
         f'<title id="{escape(ids[0])}">{_clean(title)}</title>',

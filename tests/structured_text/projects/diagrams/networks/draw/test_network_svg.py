@@ -53,7 +53,7 @@ def test_power_is_drawn_thick_and_values_as_text() -> None:
     wires = re.findall(r'<path class="on" d="M[\d.]+ [\d.]+H', svg)
     assert len(wires) == 2
     assert "Stop = TRUE" in _texts(svg)
-    assert ".network path.on{stroke:var(--on);stroke-width:3.5}" in STYLE
+    assert ".diagram path.on{stroke:var(--on);stroke-width:3.5}" in STYLE
 
 
 def test_everything_is_inside_the_view_box() -> None:
