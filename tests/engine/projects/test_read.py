@@ -162,7 +162,7 @@ def test_rockwell_converts_as_logix_does(tmp_path: Path) -> None:
     Source: Rockwell 1756-PM007, assignment and data types; 1756-PM010, parameters.
     """
     code, texts = _imported(_DATA / "cell.L5X", tmp_path)
-    assert code == 1  # a routine in ladder
+    assert code == 0
     assert (
         texts["MainProgram"]
         == """\
@@ -176,7 +176,8 @@ PROGRAM MainProgram
     Scaling : Scale;
   END_VAR
 METHOD Spare
-(* The body is in Ladder Diagram (RLL) and is not read: write it here in Structured Text. *)
+  (* Rung 0 *)
+  Word.3 := Item.Good;
 END_METHOD
   Scaling(Raw := Analog, Value => Item.Weight);
   Rounded := REAL_TO_DINT(Item.Weight);

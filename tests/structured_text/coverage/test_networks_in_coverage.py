@@ -84,3 +84,13 @@ def test_the_tracefile_has_the_lines_of_the_file(result: FileResult) -> None:
     """Each line occurs once, with a plain number; line 6 has the lowest count of its statements."""
     lines = [line for line in tracefile([result]).splitlines() if line.startswith("DA:")]
     assert lines == ["DA:4,3", "DA:6,0", "DA:8,3", "DA:9,3"]
+
+
+def test_a_network_whose_elements_are_mixed_with_another_has_one_heading() -> None:
+    """Lines 2 and 4 are of network 1, line 3 is of network 2: the page shows 2, 4, 3."""
+    result = FileResult("a.xml", {2: "A := B;", 3: "C := D;", 4: "E := F;"})
+    result.networks = {2: "Main, network 1", 3: "Main, network 2", 4: "Main, network 1"}
+    (page,) = (text for name, text in pages([result], "p").items() if name != "index.html")
+    found = re.findall(r'<th colspan="4">(.*?)</th>|<tr id="(L\d)"', page)
+    shown = [heading or row for heading, row in found]
+    assert shown == ["Main, network 1", "L2", "L4", "Main, network 2", "L3"]

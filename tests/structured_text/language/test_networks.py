@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from drawing import drawing
+from plcopen_drawings import element, project
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import NO_COLUMN, InputError, located, place_text
 from structured_text.language.lexer import tokens
@@ -24,6 +25,7 @@ from structured_text.language.source import (
 )
 from structured_text.projects.diagrams.networks.model import Diagram, Network, Rail
 from structured_text.projects.model import Piece
+from structured_text.projects.sources import source_files
 
 
 def test_a_message_names_the_rung_and_no_column(tmp_path: Path) -> None:
@@ -124,3 +126,18 @@ def test_a_rung_of_a_method_is_not_a_rung_of_its_block(tmp_path: Path) -> None:
     source = Extract.make(tmp_path / "main.xml", piece.lines(), "Main")
     places = [getattr(origin(source, line, 1)[0], "place", "") for line in (1, 2, 3, 4)]
     assert places == ["", "", "Main.Work, network 1", "Main, network 1"]
+
+
+def test_the_source_of_a_ladder_body_has_its_diagram(tmp_path: Path) -> None:
+    """A rail, a contact A and a coil B are network 1 of Main."""
+    file = tmp_path / "p.xml"
+    rail = element("leftPowerRail", 1, at="0 0")
+    rung = rail + element("contact", 2, "A", "1", "10 0") + element("coil", 3, "B", "2", "20 0")
+    file.write_text(project("A B : BOOL", f"<LD>{rung}</LD>"), encoding="utf-8")
+    own = source_files(file, None).own
+    main = next(one for one in own if isinstance(one, Extract) and one.title == "Main")
+    ((name, diagram),) = main.diagrams
+    assert name == "Main"
+    assert [type(one).__name__ for one in diagram.elements] == ["Rail", "Contact", "Coil"]
+    networks = {line.network for line in getattr(main, "lines", ()) if line.text == "B := A;"}
+    assert networks == {"network 1"}

@@ -77,6 +77,8 @@ def test_conditions_are_connected_to_networks(tmp_path: Path) -> None:
     |  B     |      +-----+            +-----+   +-----+
     +--|/|---+
 
+    What leads to no condition is not executed, as in Beremiz: 99 --- N.
+
     Source: PLCopen TC6 XML 2.01, sfcObjects, transition/condition/connectionPointIn.
     """
     networks = (
@@ -85,6 +87,8 @@ def test_conditions_are_connected_to_networks(tmp_path: Path) -> None:
         + element("contact", 11, "B", "90", at="50 70", negated="true")
         + element("inVariable", 12, "A", at="0 150")
         + block(13, "NOT", {"IN": "12"}, "OUT", "50 150")
+        + element("inVariable", 14, "99", at="0 250")
+        + element("outVariable", 15, "N", "14", at="50 250")
     )
     body = _chart(_connected("10 11"), _connected("13.OUT"), networks, _COUNT)
     program = program_of(tmp_path, project("A B : BOOL; N : INT", body))
@@ -92,7 +96,7 @@ def test_conditions_are_connected_to_networks(tmp_path: Path) -> None:
     assert got == ["0", "1", "2", "2", "2", "3"]
 
 
-def test_a_block_of_conditions_is_executed_once_after_the_transitions(tmp_path: Path) -> None:
+def test_a_block_of_conditions_is_executed_after_the_transitions(tmp_path: Path) -> None:
     """The counter C counts an edge of A once per scan, and its Q of the last scan is the condition.
 
           +-- CTU --+
@@ -164,3 +168,52 @@ def test_a_condition_with_a_block_in_a_file_of_codesys_is_not_read(tmp_path: Pat
     text = project("A : BOOL; T : TON", body, company="3S-Smart Software Solutions GmbH")
     note = notes_of(tmp_path, text)
     assert "a condition with a block or an edge is not supported" in note
+
+
+def test_a_convergence_of_codesys_may_have_jumps_above_it(tmp_path: Path) -> None:
+    """A leads from One to Two and back; B leads from One to Three. N counts the scans in Three.
+
+            One
+      +------+------+
+      + A           + B
+     Two          Three
+      + A           + A
+     jump to One    |
+      +------+------+
+         jump to One
+
+    CODESYS connects the first jump to the convergence, though the jump has ended its branch.
+
+    Source: exports of CODESYS.
+    """
+
+    def joined(kind: str, number: int, above: str, more: str = "", **given: str) -> str:
+        lines = "".join(
+            f'<connectionPointIn><connection refLocalId="{one}"/></connectionPointIn>'
+            for one in above.split()
+        )
+        values = "".join(f' {name}="{one}"' for name, one in given.items())
+        return f'<{kind} localId="{number}"{values}>{lines}{more}</{kind}>\n'
+
+    count = f'<action qualifier="N"><inline name="">{_COUNT}</inline></action>'
+    body = (
+        joined("step", 1, "", name="One", initialStep="true")
+        + joined("selectionDivergence", 2, "1")
+        + element("inVariable", 20, "A")
+        + joined("transition", 3, "2", _connected("20"))
+        + joined("step", 4, "3", name="Two")
+        + joined("transition", 5, "4", _connected("20"))
+        + joined("jumpStep", 6, "5", targetName="One")
+        + element("inVariable", 21, "B")
+        + joined("transition", 7, "2", _connected("21"))
+        + joined("step", 8, "7", name="Three")
+        + joined("actionBlock", 9, "8", count)
+        + joined("transition", 10, "8", _connected("20"))
+        + joined("selectionConvergence", 11, "6 10")
+        + joined("jumpStep", 12, "11", targetName="One")
+    )
+    text = project("A B : BOOL; N : INT", f"<SFC>{body}</SFC>", company="3S-Smart CODESYS")
+    program = program_of(tmp_path, text)
+    # One, Two, One, Three (N = 1 and 2), One with the final scan of the action.
+    got = scanned(program, "A B", "N", "1 0", "1 0", "0 1", "0 0", "1 0", "0 0")
+    assert got == ["0", "0", "1", "2", "3", "3"]

@@ -279,7 +279,7 @@ def test_pins_without_a_variable(tmp_path: Path) -> None:
     empty = text.replace('<inVariable localId="6"><position x="0" y="0"/>', "@").replace(
         "@", '<inVariable localId="6"><position x="0" y="0"/><expression>???</expression>'
     )
-    assert "the input PT of TON has no value" in notes_of(tmp_path, empty)
+    assert "network 1: the input PT of TON has no value" in notes_of(tmp_path, empty)
 
 
 def test_an_edge_in_a_method_is_not_read(tmp_path: Path) -> None:

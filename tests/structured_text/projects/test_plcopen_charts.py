@@ -132,3 +132,15 @@ def test_a_chart_that_is_not_read_is_named_with_its_reason(
     notes = project_sources([file], {}).notes
     assert "the body of Main is not read: " in notes[0]
     assert reason in notes[0]
+
+
+def test_each_line_names_its_part_of_the_chart(opened: _Open) -> None:
+    """Coverage and debugger name steps by name, transitions by number, and actions by name."""
+    main = next(file for file in opened(_CHART) if getattr(file, "title", "") == "Main")
+    found = {line.text.strip(): line.network for line in getattr(main, "lines", ())}
+    assert found["N := N + 1;"] == "action Work"
+    assert {network for network in found.values() if network} >= {
+        *("transition 1", "transition 2", "transition 3"),
+        *("action Work", "action Lamp", "step R"),
+    }
+    assert found["PROGRAM Main"] == ""

@@ -210,9 +210,13 @@ def test_an_empty_diagram_has_no_statements(tmp_path: Path) -> None:
     [
         ('refLocalId="1"', 'refLocalId="77"', "network 1: the contact Start is not connected on"),
         ('localId="3"', 'localId="2"', "two elements have the number 2"),
-        ("<coil", '<actionBlock localId="9"/><coil', "the element <actionBlock> is not supported"),
-        (">Stop<", "><", "a contact has no variable"),
-        ('negated="true"', 'edge="both"', "'both' is not a value of edge"),
+        (
+            "<coil",
+            '<actionBlock localId="9"/><coil',
+            "element 9: the element <actionBlock> is not supported",
+        ),
+        (">Stop<", "><", "element 4: a contact has no variable"),
+        ('negated="true"', 'edge="both"', "element 4: 'both' is not a value of edge"),
     ],
 )
 def test_a_diagram_that_is_not_read_is_named_with_its_reason(

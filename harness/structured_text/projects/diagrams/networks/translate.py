@@ -105,6 +105,10 @@ class _Translation:
                 before = element.network
             self._execute(element)
         self.statements.keep_all()
+        if self._diagram.by_position:
+            for element in self._diagram.elements:
+                if isinstance(element, Contact) and not self._graph.users((element.id, "")):
+                    self._without_effect(element, "leads nowhere")
 
     def _execute(self, element: Element) -> None:
         if isinstance(element, Block):
@@ -229,9 +233,7 @@ class _Translation:
                 return  # an inOutVariable that is only read
             if not self._diagram.by_position:
                 raise wrong(element, f"{named(element)} is not connected", "connect or remove it")
-            title = named(element)
-            text = f"(* {title[0].upper()}{title[1:]} is not connected: it has no effect. *)"
-            self.statements.add(element, text, (), ())
+            self._without_effect(element, "is not connected")
             return
         storage, edge = element.storage, element.edge
         if self._diagram.by_position:  # the generator of Beremiz uses only one of them
@@ -243,6 +245,12 @@ class _Translation:
             value = inverted(value)
         guard = None if is_coil else self._blocks.guard(element.input.connections)
         self.assign(element, target, value, storage, guard)
+
+    def _without_effect(self, element: Element, why: str) -> None:
+        """Add a comment for an element that the tools ignore, because it may be a mistake."""
+        title = named(element)
+        text = f"(* {title[0].upper()}{title[1:]} {why}: it has no effect. *)"
+        self.statements.add(element, text, (), ())
 
     def assign(
         self,
