@@ -19,7 +19,7 @@ from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.language.source import Extract
 from structured_text.projects.sources import SourceFiles
 
-#: Rung 1 of the program in `drawing`.
+#: Network 1 of the program in `drawing`.
 _RUNG = ladder(
     contact("1", "Start", "0"),
     contact("2", "Lamp", "0"),
@@ -53,7 +53,7 @@ def test_a_drawing_says_which_values_did_not_occur(page: str) -> None:
     (picture,) = re.findall(r"<svg.*?</svg>", page, re.DOTALL)
     root = ElementTree.fromstring(picture)
     texts = [one.text for one in root.iter("{http://www.w3.org/2000/svg}text")]
-    assert texts[0] == "Rung 1: a<b & c"
+    assert texts[0] == "Network 1: a<b & c"
     assert sorted(text or "" for text in texts[1:]) == [
         "Lamp",
         "Lamp: never FALSE",

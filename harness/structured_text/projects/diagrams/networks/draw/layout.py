@@ -46,15 +46,14 @@ def layout(diagram: Diagram, network: int, state: State | None = None) -> Drawin
 
 
 def _heading(diagram: Diagram, number: int) -> tuple[str, ...]:
-    word = "Rung" if diagram.language == "LD" else "Network"
     for network in diagram.networks:
         if network.number == number:
             lines = wrapped(
-                f"{word} {number}{': ' if network.title else ''}{network.title}", _COMMENT
+                f"Network {number}{': ' if network.title else ''}{network.title}", _COMMENT
             )
             lines += wrapped(network.comment, _COMMENT)
             return (*lines, *([f"{network.label}:"] if network.label else []))
-    return (f"{word} {number}",)
+    return (f"Network {number}",)
 
 
 class _Layout:

@@ -28,7 +28,7 @@ def test_names_with_special_letters_are_escaped() -> None:
         ladder(contact("1", name, "0"), coil("2", 'q"\x01', "1"), title="<t>", comment="]]>&"), 1
     )
     assert name in _texts(svg)
-    assert _texts(svg)[:2] == ["Rung 1: <t>", "]]>&"]
+    assert _texts(svg)[:2] == ["Network 1: <t>", "]]>&"]
     assert 'q" ' in _texts(svg)
 
 
@@ -39,7 +39,7 @@ def test_a_screen_reader_gets_title_and_words() -> None:
     assert words is not None
     assert root.get("role") == "img"
     assert root.get("aria-labelledby") == f"{title.get('id')} {words.get('id')}"
-    assert title.text == "Rung 1: Start and stop"
+    assert title.text == "Network 1: Start and stop"
     assert words.text == (
         "contact Start from the left rail. contact Stop, negated from contact Start."
         " coil Lamp from contact Stop, negated."

@@ -35,7 +35,7 @@ def test_a_latch_has_two_branches_that_meet_before_the_stop_contact() -> None:
     assert (
         _plain(_LATCH)
         == """
-Rung 1: Start and stop
+Network 1: Start and stop
 The lamp stays on.
 |  Start   Stop  Lamp  |
 |---| |--+-|/|---( )---|
@@ -48,7 +48,7 @@ The lamp stays on.
 def test_box_characters_draw_the_same_lines() -> None:
     assert (
         network_text(_LATCH, 1)
-        == """Rung 1: Start and stop
+        == """Network 1: Start and stop
 The lamp stays on.
 │  Start   Stop  Lamp  │
 │───┤ ├──┬─┤/├───( )───│
@@ -64,7 +64,7 @@ def test_lines_with_power_are_thick_and_values_stand_beside_names() -> None:
     assert (
         _plain(_LATCH, State(on, {"1": "FALSE", "4": "TRUE"}))
         == """
-Rung 1: Start and stop
+Network 1: Start and stop
 The lamp stays on.
 |  Start = FALSE   Stop  Lamp = TRUE  |
 |=======| |------#=|/|=======( )======|
@@ -99,7 +99,7 @@ def test_three_branches_inside_each_other() -> None:
     assert (
         _plain(diagram)
         == """
-Rung 1
+Network 1
 |   A     B     E     Q   |
 |--| |-+-| |-+-| |-+-(S)--|
 |      |  C  |     |  R   |
@@ -120,7 +120,7 @@ def test_a_timer_in_a_rung_has_variables_at_its_pins() -> None:
     assert (
         _plain(diagram)
         == """
-Rung 1
+Network 1
 |                 Timer                   |
 |               +-------+                 |
 |  Start        |  TON  |           Lamp  |
@@ -192,7 +192,7 @@ def test_jumps_returns_and_named_lines_end_rungs() -> None:
     assert (
         _plain(diagram)
         == """
-Rung 1
+Network 1
 |   A             |
 |--| |-->>End     |
 |   B             |
@@ -228,7 +228,7 @@ def test_branches_that_share_only_one_source_stay_apart() -> None:
     assert (
         _plain(diagram)
         == """
-Rung 1
+Network 1
 |   A        X   |
 |--| |----+-( )--|
 |   B  +--+  Y   |
@@ -277,4 +277,4 @@ def test_sources_outside_the_network_are_named() -> None:
 
 def test_an_empty_network_has_only_its_heading() -> None:
     diagram = Diagram("LD", (Network(1, "Spare", "", "Skip"),))
-    assert _plain(diagram) == "\nRung 1: Spare\nSkip:\n\n"
+    assert _plain(diagram) == "\nNetwork 1: Spare\nSkip:\n\n"
