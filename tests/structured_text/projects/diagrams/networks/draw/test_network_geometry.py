@@ -173,19 +173,19 @@ def _connections(diagram: Diagram) -> Counter[tuple[str, str, str, str]]:
     return found
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(_diagrams())
 def test_symbols_and_lines_never_overlap(diagram: Diagram) -> None:
     _check_places(layout(diagram, 1))
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=60, deadline=None)
 @given(_diagrams())
 def test_each_connection_is_drawn_once_and_no_other(diagram: Diagram) -> None:
     assert _drawn(layout(diagram, 1)) == _connections(diagram)
 
 
-@settings(max_examples=100, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(_diagrams(), st.integers(20, 120))
 def test_bands_keep_all_symbols_and_fit_the_width(diagram: Diagram, width: int) -> None:
     whole = layout(diagram, 1)
@@ -201,7 +201,7 @@ def test_bands_keep_all_symbols_and_fit_the_width(diagram: Diagram, width: int) 
     assert cut.width <= max(width, widest + 8)
 
 
-@settings(max_examples=50, deadline=None)
+@settings(max_examples=40, deadline=None)
 @given(_diagrams())
 def test_the_same_network_has_the_same_drawing(diagram: Diagram) -> None:
     assert layout(diagram, 1) == layout(diagram, 1)
