@@ -7,9 +7,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 
+from structured_text.coverage.drawings import picture
 from structured_text.coverage.measure import Condition, DecisionResult, FileResult, Item, Share
 from structured_text.coverage.report import Gap, conditions, gaps, totals
 from structured_text.errors import COMMAND
+from structured_text.projects.diagrams.networks.draw.svg import STYLE
 
 __all__ = ["pages"]
 
@@ -126,13 +128,21 @@ def _file(result: FileResult) -> Iterator[str]:
     yield "</ul><h2>Source</h2><p class='note'>Keys: <kbd>n</kbd> and <kbd>p</kbd> go to the next"
     yield "and the previous line that is not covered, <kbd>i</kbd> to all files. The columns before"
     yield "a line show how often it was executed, and its branches.</p>"
+    if result.drawings:
+        yield f"<style>{STYLE}</style><p class='note'>In a drawing, a contact is thick if it was"
+        yield "closed at some time, and a coil if it was TRUE or executed at some time.</p>"
     yield "<div class='wide' tabindex='0'><table class='code'>"
     statements = _by_line(result.statements)
     branches = _by_line(result.branches)
-    last = 0
+    last = count = 0
     for network, numbers in _groups(result):
         if network:
             yield f'<tr class="network"><th colspan="4">{escape(network)}</th></tr>'
+            for place in network.split("; "):
+                if place in result.drawings:
+                    count += 1
+                    drawn = picture(result, place, f"drawing-{count}")
+                    yield f"<tr><td colspan='4'>{drawn}</td></tr>"
         for number in numbers:
             if number != last + 1 and not network:
                 yield '<tr class="gap"><td class="no">⋮</td><td></td><td></td><td></td></tr>'

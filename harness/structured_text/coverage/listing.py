@@ -7,7 +7,7 @@ import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from structured_text.engines.builtin.coverage import Plan, Postfix
 from structured_text.language import tree as t
@@ -16,6 +16,7 @@ from structured_text.language.printer import expression_text, label_text
 from structured_text.language.source import NetworkLine, origin, source_text
 from structured_text.language.types import EnumType
 from structured_text.language.walk import bodies
+from structured_text.projects.diagrams.networks.stored import stored_networks
 
 __all__ = ["Branch", "Listed", "Listing", "Point", "Text", "listing"]
 
@@ -102,6 +103,7 @@ class Text:
         reasons: The reasons why lines are unreachable, by line number.
         networks: The rungs or networks that lines were translated from, such as `Main, rung 3`, by
             line number. The text of such a line is the translation.
+        drawings: The networks as data (`networks.stored`), by their places.
         words: The keyword lines of each IF, CASE or loop, by the position of its first word.
 
     Raises:
@@ -112,6 +114,7 @@ class Text:
         self.lines: dict[int, str] = {}
         self.reasons: dict[int, str] = {}
         self.networks: dict[int, str] = {}
+        self.drawings: dict[str, dict[str, Any]] = {}
         self.words: dict[tuple[int, int], _Words] = {}
         own = file.read_text(encoding="utf-8", errors="replace").splitlines()
         for source in sources:
@@ -130,6 +133,8 @@ class Text:
             # An element of a drawing may become several statements.
             self.lines |= {at: "\n".join(texts) for at, texts in drawn.items()}
             self.networks |= {at: "; ".join(dict.fromkeys(some)) for at, some in names.items()}
+            places = {place for some in names.values() for place in some}
+            self.drawings |= stored_networks(source, places)
             for number, reason in _reasons(text).items():
                 self.reasons[origin(source, number, 1)[0]] = reason
             self.words |= _words(text, source)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from structured_text.coverage.parts import CountedPou, Merged
 from structured_text.engines.builtin.coverage import Postfix, outcome
@@ -127,6 +128,7 @@ class FileResult:
         source: The lines of the file, by their numbers.
         networks: The rungs or networks that lines were translated from, such as `Main, rung 3`, by
             their numbers.
+        drawings: The networks as data, by their places.
         pous: Name, line and number of calls of each function or block in the file.
         bodies: For each POU in `pous`, the sorted lines of its statements.
         stale: Numbers of lines that are marked as unreachable although everything on them was
@@ -139,6 +141,7 @@ class FileResult:
     path: str
     source: dict[int, str] = field(default_factory=dict)
     networks: dict[int, str] = field(default_factory=dict)
+    drawings: dict[str, Any] = field(default_factory=dict)
     pous: list[tuple[str, int, int]] = field(default_factory=list)
     bodies: list[list[int]] = field(default_factory=list)
     statements: list[Item] = field(default_factory=list)
@@ -217,6 +220,7 @@ def measure(
         result.changed = name in merged.changed or len(versions) > 1
         for source in versions[-1:]:
             result.source, result.networks = source.lines, source.networks
+            result.drawings = source.drawings
             for pou in source.pous.values():
                 if result.changed:
                     pou = CountedPou(pou.listing, [0] * len(pou.counters), [set()] * len(pou.seen))

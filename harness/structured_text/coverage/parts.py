@@ -96,7 +96,9 @@ class _Part:
             text = Text(file, one.sources)
         except (OSError, InputError):
             return None
-        entry = {"file": one.file, "hash": one.hash, "networks": list(text.networks.items())}
+        entry: dict[str, Any] = {"file": one.file, "hash": one.hash}
+        entry["networks"] = list(text.networks.items())
+        entry["drawings"] = text.drawings
         lines, reasons = list(text.lines.items()), list(text.reasons.items())
         self.files.append({**entry, "lines": lines, "reasons": reasons})
         return text
@@ -127,6 +129,7 @@ class Source:
         lines: The text of the file, by line number.
         reasons: The reasons why lines are unreachable, by line number.
         networks: The rungs or networks that lines were translated from, by line number.
+        drawings: The networks as data, by their places such as `Main, rung 3`.
         pous: The POUs. The key is the name with the numbers of counters and decisions, because
             constants of other files may change these numbers.
     """
@@ -134,6 +137,7 @@ class Source:
     lines: dict[int, str] = field(default_factory=dict)
     reasons: dict[int, str] = field(default_factory=dict)
     networks: dict[int, str] = field(default_factory=dict)
+    drawings: dict[str, Any] = field(default_factory=dict)
     pous: dict[tuple[str, int, int], CountedPou] = field(default_factory=dict)
 
 
@@ -160,6 +164,7 @@ class Merged:
             source.lines |= dict(one["lines"])
             source.reasons |= dict(one["reasons"])
             source.networks |= dict(one.get("networks", ()))
+            source.drawings |= one.get("drawings", {})
         for one in part["pous"]:
             self._add(self._source(one).pous, one)
 

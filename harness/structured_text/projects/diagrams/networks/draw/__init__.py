@@ -1,0 +1,1 @@
+"""Drawings of the networks of a diagram: as text and as SVG."""

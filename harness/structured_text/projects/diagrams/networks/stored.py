@@ -1,0 +1,88 @@
+"""A network as data for JSON, so that a process can pass it to another one."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from structured_text.projects.diagrams.networks.model import (
+    Block,
+    Coil,
+    Connection,
+    Connector,
+    Contact,
+    Continuation,
+    Diagram,
+    Element,
+    Input,
+    InVariable,
+    Jump,
+    Network,
+    Output,
+    OutVariable,
+    Position,
+    Rail,
+    Return,
+)
+
+__all__ = ["as_data", "from_data", "stored_networks"]
+
+_KINDS = {
+    kind.__name__: kind
+    for kind in (
+        *(Rail, Contact, Coil, InVariable, OutVariable),
+        *(Block, Connector, Continuation, Jump, Return),
+    )
+}
+
+
+def as_data(diagram: Diagram, number: int) -> dict[str, Any]:
+    """Return a network of a diagram, with the rails, as data."""
+    elements = [
+        {**asdict(element), "kind": type(element).__name__}
+        for element in diagram.elements
+        if element.network == number or isinstance(element, Rail)
+    ]
+    networks = [asdict(network) for network in diagram.networks if network.number == number]
+    return {"language": diagram.language, "networks": networks, "elements": elements}
+
+
+def from_data(data: Mapping[str, Any]) -> Diagram:
+    """Return the diagram with the network from which `as_data` made the data."""
+    networks = tuple(Network(**given) for given in data["networks"])
+    return Diagram(data["language"], networks, tuple(map(_element, data["elements"])))
+
+
+def stored_networks(source: Path, places: Collection[str]) -> dict[str, dict[str, Any]]:
+    """Return the networks of a source as data, by their places, such as `Main, rung 3`.
+
+    `places` are those of the lines of the source. A network without lines is not drawn.
+    """
+    found = {}
+    for pou, diagram in getattr(source, "diagrams", ()):
+        for network in diagram.networks:
+            for word in ("rung", "network"):
+                place = f"{pou}, {word} {network.number}"
+                if place in places:
+                    found[place] = as_data(diagram, network.number)
+    return found
+
+
+def _element(data: Mapping[str, Any]) -> Element:
+    given = {key: value for key, value in data.items() if key != "kind"}
+    given["position"] = Position(**given["position"])
+    if "input" in given:
+        given["input"] = _input(given["input"])
+    if data["kind"] == "Block":
+        given["inputs"] = tuple(map(_input, given["inputs"]))
+        given["outputs"] = tuple(Output(**output) for output in given["outputs"])
+        given["statements"] = tuple(given["statements"])
+    made: Element = _KINDS[data["kind"]](**given)
+    return made
+
+
+def _input(data: Mapping[str, Any]) -> Input:
+    connections = tuple(Connection(**given) for given in data["connections"])
+    return Input(**{**data, "connections": connections})
