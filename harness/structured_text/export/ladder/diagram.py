@@ -146,7 +146,9 @@ class _Builder:
                 assert not before, power
                 return (self._variable(power.text),)
             given = m.Input(connections=before or (self._source(),))
-            return (self._add(m.Contact("", variable=power.text, input=given, negated=power.negated)),)
+            return (
+                self._add(m.Contact("", variable=power.text, input=given, negated=power.negated)),
+            )
         if power == TRUE:
             return before or (self._source(),)
         if power == FALSE:
@@ -174,7 +176,9 @@ class _Builder:
             inputs.append(m.Input(given.pin.name, lines, in_out=in_out))
         # Beremiz and OpenPLC Editor show a VAR_IN_OUT on both sides of a block.
         shown = ("VAR_OUTPUT",) if self._late is None else ("VAR_OUTPUT", "VAR_IN_OUT")
-        outputs = tuple(m.Output(given.pin.name) for given in call.pins if given.pin.section in shown)
+        outputs = tuple(
+            m.Output(given.pin.name) for given in call.pins if given.pin.section in shown
+        )
         self._add(
             m.Block(
                 "",
@@ -199,9 +203,7 @@ class _Builder:
         is_coil = self._late is None or id(put) in self._late
         if not is_coil and put.storage:
             held = Leaf(put.target)
-            power = (
-                parallel(power, held) if put.storage == "set" else series(negated(power), held)
-            )
+            power = parallel(power, held) if put.storage == "set" else series(negated(power), held)
         if is_coil and power == FALSE and not put.storage:
             line = m.Input(connections=(self._source(),))
             self._add(m.Coil("", variable=put.target, input=line, negated=True))

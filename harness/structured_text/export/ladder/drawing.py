@@ -68,7 +68,9 @@ class _Writer:
             self._block(xml, element, box)
         elif isinstance(element, m.InVariable):
             xml.set("negated", "false")
-            _point(ET.SubElement(xml, "connectionPointOut"), "relPosition", box.width, box.outputs[0])
+            _point(
+                ET.SubElement(xml, "connectionPointOut"), "relPosition", box.width, box.outputs[0]
+            )
             ET.SubElement(xml, "expression").text = self._expression(element.expression)
         elif isinstance(element, m.OutVariable):
             xml.set("negated", "false")

@@ -18,9 +18,9 @@ _PATH = (s.Name, s.Field, s.Index, s.Part, s.Dereference)
 def root(variable: Any) -> str:
     """Return the upper-case name of the variable that a path begins with; empty if none."""
     while not isinstance(variable, s.Name):
-        if not isinstance(variable, _PATH):
+        variable = getattr(variable, "base", None)
+        if variable is None:
             return ""
-        variable = variable.base
     return variable.key
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 from structured_text.projects.diagrams.networks import model as m
 
-__all__ = ["Box", "COMMENT_WIDTH", "Layout", "ROW", "layout_of"]
+__all__ = ["COMMENT_WIDTH", "ROW", "Box", "Layout", "layout_of"]
 
 #: Height of a row, which is also the distance of the pins of a block.
 ROW = 30
