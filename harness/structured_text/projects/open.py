@@ -24,7 +24,8 @@ from structured_text.projects.model import (
     declared_kind,
     without_comments,
 )
-from structured_text.projects.plcopen import read_plcopen, written_by
+from structured_text.projects.plcopen.drawn import translated
+from structured_text.projects.plcopen.read import read_plcopen, written_by
 from structured_text.projects.tasks import NAME, NEVER
 from structured_text.projects.xml import read_xml
 
@@ -72,7 +73,9 @@ def read_project(files: Sequence[Path], device: str = "") -> Project:
                 found = found.plus(read)
     found = found.plus(twincat.read_tasks(tasks))
     found = found.plus(siemens.started(found.units))
-    return joined([*projects, *([found] if found.units or not projects else [])])
+    projects += [found] if found.units or not projects else []
+    known = [unit for one in projects for unit in one.units]
+    return joined([replace(one, units=translated(one.units, known)) for one in projects])
 
 
 def _read(file: Path, device: str) -> Project:

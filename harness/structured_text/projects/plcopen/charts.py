@@ -1,8 +1,9 @@
 """Sequential Function Charts of PLCopen XML.
 
 Supported are steps, transitions, divergences and convergences, jumps and action blocks. A condition
-is an inline expression, or names a transition of the POU. An action is inline, or names an action
-or a Boolean variable of the POU; the bodies of both are in Structured Text.
+is an inline expression, names a transition of the POU, or is connected to networks in the chart. An
+action is inline, or names an action or a Boolean variable of the POU. Transitions and actions are
+in Structured Text, LD or FBD.
 
 Source: PLCopen TC6 XML 2.01, sfcObjects.
 """
@@ -14,6 +15,8 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 
 from structured_text.language.source import Line
+from structured_text.projects.diagrams.networks.check import DiagramError
+from structured_text.projects.diagrams.networks.model import Diagram
 from structured_text.projects.diagrams.sfc.check import ChartError, check
 from structured_text.projects.diagrams.sfc.model import (
     QUALIFIERS,
@@ -25,6 +28,8 @@ from structured_text.projects.diagrams.sfc.model import (
     Transition,
 )
 from structured_text.projects.model import Foreign, Lines
+from structured_text.projects.plcopen.conditions import Diagrams
+from structured_text.projects.plcopen.networks import Drawn
 from structured_text.projects.xml import Element
 
 __all__ = ["read_chart"]
@@ -45,15 +50,17 @@ def read_chart(
     actions: Mapping[str, Lines | Foreign],
     transitions: Mapping[str, Lines | Foreign],
     text: _Text,
+    diagrams: Diagrams,
 ) -> Chart | Foreign:
     """Return the chart of an `<SFC>`, or the reason why it is not read.
 
-    `actions` and `transitions` have the bodies that the POU declares, by name in upper case.
+    `actions` and `transitions` have the bodies that the POU declares, by name in upper case; the
+    actions are translated. `diagrams` translates the diagrams in the chart.
     """
     try:
-        chart = _Reader(body, actions, transitions, text).chart()
+        chart = _Reader(body, actions, transitions, text, diagrams).chart()
         check(chart)
-    except ChartError as error:
+    except (ChartError, DiagramError) as error:
         hint = f" ({error.hint})" if error.hint else ""
         return Foreign("SFC", error.at, f"{error.message}{hint}")
     return chart
@@ -66,8 +73,10 @@ class _Reader:
         actions: Mapping[str, Lines | Foreign],
         transitions: Mapping[str, Lines | Foreign],
         text: _Text,
+        diagrams: Diagrams,
     ) -> None:
         self._body, self._bodies, self._named, self._text = body, actions, transitions, text
+        self._diagrams = diagrams
         self._ids = {one.get("localId"): one for one in body.children if one.get("localId")}
         self._actions: dict[str, Action] = {}
 
@@ -85,7 +94,26 @@ class _Reader:
             made = self._transition(one, tuple(targets.get(id(one), ())))
             found.append((order.get(made.sources[0].upper(), 0), _x(one), made))
         found.sort(key=lambda one: one[:2])
-        return Chart(tuple(steps), tuple(one for _, _, one in found), tuple(self._actions.values()))
+        transitions = tuple(one for _, _, one in found)
+        self._diagrams.finish()
+        if self._diagrams.blocks:
+            steps = self._with_blocks(steps)
+        before = tuple(self._diagrams.before)
+        return Chart(tuple(steps), transitions, tuple(self._actions.values()), before)
+
+    def _with_blocks(self, steps: list[Step]) -> list[Step]:
+        """Return the steps; the initial step starts the action with the blocks of conditions."""
+        name, number = "ComputeBlocks", 2
+        taken = {step.name.upper() for step in steps} | set(self._actions) | set(self._bodies)
+        while name.upper() in taken:
+            name, number = f"ComputeBlocks{number}", number + 1
+        lines = tuple(self._diagrams.blocks)
+        self._actions[name.upper()] = Action(name, lines, lines[0].at)
+        start = Association(name, "S", at=lines[0].at)
+        return [
+            replace(step, associations=(*step.associations, start)) if step.initial else step
+            for step in steps
+        ]
 
     def _all(self, name: str) -> list[Element]:
         return [one for one in self._body.children if one.name == name]
@@ -165,7 +193,9 @@ class _Reader:
                 self._refer(name, one)
             elif inline is not None:
                 name = f"{step}_Inline{number}"
-                body = self._inline(inline, f"an action of the step {step}")
+                drawn = inline.first("LD") or inline.first("FBD")
+                what = f"an action of the step {step}"
+                body = self._diagrams.statements(drawn) if drawn else self._inline(inline, what)
                 self._actions[name.upper()] = Action(name, body, one.at)
             else:
                 text = f"an action of the step {step} has neither a name nor statements"
@@ -218,18 +248,28 @@ class _Reader:
             return (), ""
         reference, inline = condition.first("reference"), condition.first("inline")
         if inline is not None:
-            return self._inline(inline, what), ""
+            drawn = inline.first("LD") or inline.first("FBD")
+            if drawn is None:
+                return self._inline(inline, what), ""
+            name = inline.get("name")
+            return self._result(self._diagrams.read(drawn), name, condition), name
         if reference is not None:
             name = reference.get("name")
             body = self._named.get(name.upper())
+            if isinstance(body, Drawn):
+                return self._result(body.diagram, name, condition), name
             if isinstance(body, Foreign):
                 raise ChartError(f"the transition {name} {body.says}", body.at, "")
             # A name that is not a transition of the POU is a Boolean variable.
             return (body, name) if body is not None else ((Line(name, condition.at),), "")
         if any(condition.below("connection")):
-            hint = "write it in Structured Text, inline"
-            raise ChartError(f"{what} is a network and is not read", condition.at, hint)
+            variable = self._diagrams.connected(element, condition)
+            return (Line(variable, condition.at),), ""
         return (), ""
+
+    def _result(self, diagram: Diagram, name: str, condition: Element) -> Lines:
+        """Return the condition of a transition that is assigned in its own diagram."""
+        return (Line(self._diagrams.result(diagram, name, condition.at), condition.at),)
 
 
 def _expression(lines: Lines) -> Lines:

@@ -14,8 +14,6 @@ from pathlib import Path
 
 from structured_text.errors import InputError
 from structured_text.language.source import Line
-from structured_text.projects.diagrams.sfc.names import Names
-from structured_text.projects.diagrams.sfc.translate import translate
 from structured_text.projects.model import (
     Foreign,
     Library,
@@ -28,8 +26,9 @@ from structured_text.projects.model import (
     made,
     trimmed,
 )
-from structured_text.projects.plcopen.charts import read_chart
 from structured_text.projects.plcopen.devices import choose_device
+from structured_text.projects.plcopen.drawn import Charted, drawn, text_of
+from structured_text.projects.plcopen.networks import DRAWN
 from structured_text.projects.plcopen.tasks import read_tasks, written_interval
 from structured_text.projects.tasks import by_event, configuration
 from structured_text.projects.xml import Element
@@ -73,11 +72,11 @@ _LANGUAGES = ("ST", "IL", "LD", "FBD", "SFC", "CFC")
 def read_plcopen(root: Element, file: Path, device: str = "") -> Project:
     """Read the types, POUs, lists of variables and tasks of a project, or raise InputError.
 
-    If there are several devices with programs, `device` is the name of the one to read.
+    If there are several devices with programs, `device` is the name of the one to read. Bodies in
+    LD, FBD and SFC are not translated yet; see `drawn`.
     """
     choose_device(root, device, file)
-    # matiec, with which Beremiz and OpenPLC compile, has no final scan of actions.
-    reader = _Reader(file, written_by(root) != "openplc")
+    reader = _Reader(file, written_by(root))
     units: list[Unit] = []
     for element in root.below("dataType", "pou", "Interface", "configuration", "globalVars"):
         units += reader.units(element)
@@ -115,8 +114,8 @@ def written_by(root: Element) -> str:
 
 
 class _Reader:
-    def __init__(self, file: Path, final_scan: bool) -> None:
-        self._file, self._final_scan = file, final_scan
+    def __init__(self, file: Path, dialect: str) -> None:
+        self._file, self._dialect = file, dialect
         self.notes: tuple[str, ...] = ()
 
     def _error(self, message: str, element: Element) -> InputError:
@@ -159,35 +158,30 @@ class _Reader:
             raise self._error(f"{name} is not a function, function block or program", element)
         end = made(element.end, f"END_{kind}")
         parts = tuple(self._parts(element, name))
-        piece = Piece(name, head, _body(element), end, parts)
-        return Unit(kind, self._with_chart(element, piece), self._file)
+        piece = Piece(name, head, self._body(element), end, parts)
+        return Unit(kind, piece, self._file)
 
-    def _with_chart(self, element: Element, piece: Piece) -> Piece:
-        """Return a POU whose chart is translated; the actions of the chart are in its body."""
-        charts = [one for body in element.all("body") for one in body.all("SFC")]
-        if not isinstance(piece.body, Foreign) or len(charts) != 1:
-            return piece
-        actions = {
-            part.name.rpartition(".")[2].upper(): part.body
-            for part in piece.parts
-            if part.is_action
-        }
-        found = element.all("transitions", "transition")
-        transitions = {one.get("name").upper(): _body(one) for one in found}
-        chart = read_chart(charts[0], actions, transitions, _text)
-        if isinstance(chart, Foreign):
-            return replace(piece, body=chart)
-        bodies = [line.text for one in chart.actions for line in one.body]
-        bodies += [line.text for one in chart.transitions for line in one.condition]
-        words = "\n".join((*(line.text for line in piece.lines()), *bodies))
-        section, body = translate(chart, Names(words), final_scan=self._final_scan)
-        used = {one.name.upper() for one in chart.actions}
-        parts = tuple(
-            part
-            for part in piece.parts
-            if not (part.is_action and part.name.rpartition(".")[2].upper() in used)
-        )
-        return replace(piece, head=(*piece.head, *section), body=body, parts=parts)
+    def _body(self, element: Element) -> Lines | Foreign:
+        """Return the statements of a body; several sheets are joined."""
+        lines: list[Line] = []
+        bodies = element.all("body")
+        for body in bodies:
+            found = [one for one in body.children if one.name in _LANGUAGES]
+            if not found:  # CODESYS writes CFC and other languages into additional elements
+                found = list(body.below(*_LANGUAGES))
+                if not found and any(body.below("data")):
+                    found = [Element(next(body.below("data")).get("name"), {}, body.at)]
+            for one in found:
+                if one.name in DRAWN and len(bodies) == len(found) == 1:
+                    return drawn(one, self._dialect)
+                if one.name == "SFC" and len(bodies) == len(found) == 1:
+                    transitions = element.all("transitions", "transition")
+                    bodies_of = {one.get("name").upper(): self._body(one) for one in transitions}
+                    return Charted("SFC", one.at, "", one, bodies_of, self._dialect)
+                if one.name != "ST":
+                    return Foreign(re.sub(r".*/", "", one.name).upper(), one.at)
+                lines += text_of(one)
+        return tuple(lines)
 
     def _interface(self, element: Element) -> Unit:
         name = self._name(element)
@@ -221,13 +215,13 @@ class _Reader:
                 name = self._name(one)
                 head = _plain(one) or tuple(self._head(one, f"METHOD {name}"))
                 end = made(one.end, "END_METHOD")
-                yield Piece(f"{owner}.{name}", head, _body(one), end)
+                yield Piece(f"{owner}.{name}", head, self._body(one), end)
             elif one.name == "Property":
                 yield self._property(one, owner)
             elif one.name in ("action", "Action"):
                 name = self._name(one)
                 head, end = made(one.at, f"ACTION {name}:"), made(one.end, "END_ACTION")
-                yield Piece(f"{owner}.{name}", head, _body(one), end)
+                yield Piece(f"{owner}.{name}", head, self._body(one), end)
 
     def _property(self, element: Element, owner: str) -> Piece:
         name = self._name(element)
@@ -239,7 +233,7 @@ class _Reader:
                 word = word[:3]
                 head, end = made(one.at, word), made(one.end, f"END_{word}")
                 title = f"{owner}.{name}.{word.capitalize()}"
-                accessors.append(Piece(title, (*head, *self._variables(one)), _body(one), end))
+                accessors.append(Piece(title, (*head, *self._variables(one)), self._body(one), end))
         end = made(element.end, "END_PROPERTY")
         return Piece(f"{owner}.{name}", head, (), end, tuple(accessors))
 
@@ -445,16 +439,10 @@ def _plain(element: Element) -> Lines:
     while waiting:
         one = waiting.pop(0)
         if one.name == _PLAIN:
-            return _text(one)
+            return text_of(one)
         if one.name in ("addData", "data", "interface"):
             waiting += one.children
     return ()
-
-
-def _text(element: Element) -> Lines:
-    """Return the text of an element, which is inside one or more elements of XHTML."""
-    parts = element.children or [element]
-    return trimmed(line for part in parts for line in part.lines())
 
 
 def _extends(element: Element) -> str:
@@ -481,19 +469,3 @@ def _note(element: Element) -> str:
     """Return an element's documentation as a comment at the end of its line."""
     said = " ".join(" ".join(one.text().split()) for one in element.all("documentation"))
     return f" (* {in_comment(said)} *)" if said else ""
-
-
-def _body(element: Element) -> Lines | Foreign:
-    """Return the statements of a body; several sheets are joined."""
-    lines: list[Line] = []
-    for body in element.all("body"):
-        found = [one for one in body.children if one.name in _LANGUAGES]
-        if not found:  # CODESYS writes CFC and other graphical languages into additional elements
-            found = list(body.below(*_LANGUAGES))
-            if not found and any(body.below("data")):
-                found = [Element(next(body.below("data")).get("name"), {}, body.at)]
-        for one in found:
-            if one.name != "ST":
-                return Foreign(re.sub(r".*/", "", one.name).upper(), one.at)
-            lines += _text(one)
-    return tuple(lines)

@@ -12,7 +12,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TypeAlias
 
-__all__ = ["EDGES", "STORAGES", "Block", "Coil", "Connection", "Connector", "Contact"]
+__all__ = ["EDGES", "SORTINGS", "STORAGES", "Block", "Coil", "Connection", "Connector", "Contact"]
 __all__ += ["Continuation", "Diagram", "Element", "InVariable", "Input", "Jump", "Network"]
 __all__ += ["OutVariable", "Output", "Position", "Rail", "Return"]
 
@@ -20,6 +20,10 @@ __all__ += ["OutVariable", "Output", "Position", "Rail", "Return"]
 EDGES = ("", "rising", "falling")
 #: What a coil or an assignment does with a variable: assign the value, set it or reset it.
 STORAGES = ("", "set", "reset")
+#: Orders of elements without a number. position: outputs and coils, then blocks, then connectors,
+#: each by their position (Beremiz until 2022). file: the same, but each in the order of the file
+#: (Beremiz since its version for Python 3). together: all by position (OpenPLC Editor).
+SORTINGS = ("position", "file", "together")
 
 
 @dataclass(frozen=True)
@@ -256,9 +260,12 @@ class Diagram:
         by_position: How elements without a number are ordered. True: by their positions in the
             whole drawing, as Beremiz and OpenPLC do. False: network after network, and in the
             order of the file within a network, as CODESYS does.
+        sorting: One of `SORTINGS`, for `by_position`: how outputs, coils and blocks without a
+            number are ordered.
     """
 
     language: str
     networks: tuple[Network, ...] = ()
     elements: tuple[Element, ...] = field(default=())
     by_position: bool = True
+    sorting: str = "position"
