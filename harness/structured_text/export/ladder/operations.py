@@ -133,9 +133,10 @@ class Operations:
         elif isinstance(node, s.If):
             yield from self._if(node, enable, read)
         else:
+            if isinstance(node, s.Return):
+                raise RefusedError("RETURN ends the whole POU", node.at, moved=False)
             word = type(node).__name__.upper()
-            moved = not isinstance(node, s.Return)
-            raise RefusedError(f"{word} cannot be a rung", node.at, moved=moved)
+            raise RefusedError(f"{word} cannot be a rung", node.at)
 
     # --- assignments ---
 
