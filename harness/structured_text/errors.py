@@ -12,15 +12,20 @@ from pathlib import Path
 
 __all__ = [
     "BLOCKS",
+    "NO_COLUMN",
     "VARIABLES",
     "InputError",
     "OutputError",
     "UnreadError",
     "Violation",
     "did_you_mean",
+    "in_network",
     "legible",
+    "located",
     "near",
+    "place_text",
     "refused",
+    "shown_column",
     "similar",
 ]
 
@@ -35,6 +40,9 @@ BLOCKS = f"{COMMAND.upper()}_"
 VARIABLES = COMMAND.capitalize()
 """Prefix for the names of variables that this package adds to a program."""
 
+NO_COLUMN = 1_000_000
+"""Columns beyond this number only tell apart the statements of a line, and are not shown."""
+
 #: A list of names is shown in full up to this length [characters].
 _LISTED = 200
 #: All control characters except tab and line feed.
@@ -48,6 +56,33 @@ def legible(text: str) -> str:
     sequence in them could clear the reader's screen or display forged lines.
     """
     return _CONTROLS.sub(lambda found: f"\\x{ord(found[0]):02x}", text)
+
+
+def place_text(file: str | Path | None, line: int | None, column: int | None = None) -> str:
+    """Return `file:line:column` as compilers print it, behind it the rung or network of the line.
+
+    Parts that are None are left out. An example is `main.xml:120: Main, rung 3`.
+    """
+    where = ":".join(str(part) for part in (file, line, shown_column(column)) if part)
+    network = getattr(line, "place", "")
+    return f"{where}: {network}" if network else where
+
+
+def shown_column(column: int | None) -> int | None:
+    """Return a column of a file; None for a column that only tells apart statements."""
+    return None if column is None or column > NO_COLUMN else column
+
+
+def in_network(line: int | None, text: str) -> str:
+    """Return a message that begins with the rung or network of its line, if the line has one."""
+    network = getattr(line, "place", "")
+    return f"{network}: {text}" if network else text
+
+
+def located(file: str | Path, line: int) -> str:
+    """Return file and line for a place inside a sentence, such as `main.xml:120 (Main, rung 3)`."""
+    network = getattr(line, "place", "")
+    return f"{file}:{line} ({network})" if network else f"{file}:{line}"
 
 
 @dataclass(frozen=True)
@@ -91,13 +126,16 @@ class InputError(Exception):
         self.message = message
         self.file = str(file) if file is not None else None
         self.line = line
-        self.column = column
+        self.column = shown_column(column)
         self.hint = hint
         super().__init__(str(self))
 
     def __str__(self) -> str:
-        """Return `file:line:column: message; hint`, as compilers print it."""
-        where = ":".join(str(part) for part in (self.file, self.line, self.column) if part)
+        """Return `file:line:column: message; hint`, as compilers print it.
+
+        Before the message is the rung or network, if the line was translated from a drawing.
+        """
+        where = place_text(self.file, self.line, self.column)
         text = f"{where}: {self.message}" if where else self.message
         return legible(f"{text}; {self.hint}" if self.hint else text)
 

@@ -20,16 +20,20 @@ from structured_text.projects.diagrams.networks.model import (
     Block,
     Coil,
     Connection,
+    Connector,
     Contact,
+    Continuation,
     Diagram,
     Element,
     Input,
     InVariable,
+    Jump,
     Network,
     Output,
     OutVariable,
     Position,
     Rail,
+    Return,
 )
 from structured_text.projects.diagrams.networks.translate import translate
 from structured_text.projects.diagrams.networks.types import Declarations
@@ -99,6 +103,22 @@ class Drawing:
         """Add a variable that is written."""
         pin = Input("", lines_from(source))
         return self.add(OutVariable("", expression=expression, input=pin, **more))
+
+    def jump(self, label: str, source: str = "0") -> str:
+        """Add a jump to a label."""
+        return self.add(Jump("", label=label, input=Input("", lines_from(source))))
+
+    def leave(self, source: str = "0") -> str:
+        """Add a return."""
+        return self.add(Return("", input=Input("", lines_from(source))))
+
+    def connector(self, name: str, source: str) -> str:
+        """Add a connector."""
+        return self.add(Connector("", name=name, input=Input("", lines_from(source))))
+
+    def continued(self, name: str) -> str:
+        """Add a continuation."""
+        return self.add(Continuation("", name=name))
 
     def block(
         self,

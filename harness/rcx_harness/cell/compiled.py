@@ -6,6 +6,7 @@ from rcx_harness.watch.calls_source import call_plan, steady_instances
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
 from structured_text.bench import compiled
+from structured_text.errors import place_text
 from structured_text.projects.sources import SourceFiles
 
 __all__ = ["Compiled"]
@@ -21,7 +22,7 @@ class Compiled(compiled.Compiled):
         self.mistakes = (
             *map(str, first_mistakes(*files.users)),
             *(
-                f"{one.file}:{one.at.line}:{one.at.column}: warning: {one.text}"
+                f"{place_text(one.file, one.at.line, one.at.column)}: warning: {one.text}"
                 for one in use.findings
             ),
         )

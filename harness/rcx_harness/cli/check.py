@@ -7,11 +7,19 @@ import sys
 from collections.abc import Sequence
 from dataclasses import replace as replace_source
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, NamedTuple
 
 import typer
 
 from rcx_harness.cell.sources import blame_lib, library_names, source_files
+from rcx_harness.cli.findings import (
+    JSON_BEGINNING,
+    SARIF_BEGINNING,
+    Finding,
+    as_json,
+    as_sarif,
+)
+from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import (
     Device,
     Dialect,
@@ -60,6 +68,14 @@ def check(
         str | None,
         typer.Option("--for", help=f"Also list what this tool refuses: {', '.join(tools())}."),
     ] = None,
+    strict: Annotated[
+        bool, typer.Option("--strict", help="Exit with 1 on warnings and uncertain refusals, too.")
+    ] = False,
+    json_file: JsonFile = None,
+    sarif: Annotated[
+        Path | None,
+        typer.Option(help="Write the findings to this file as SARIF, for code scanning."),
+    ] = None,
 ) -> None:
     """Check ST sources: syntax, types, portability, calls; also with matiec if it is installed.
 
@@ -84,58 +100,113 @@ def check(
         raise InputError("--for and --lint exclude each other")
     if stubs is not None and lint_only:
         raise InputError("--stubs and --lint exclude each other")
-    programs = [file for file in files or () if file.suffix.lower() in _ROBOT_FILES]
-    if programs:
-        # Import here: the module loads the virtual controller, which only robot programs need.
-        from rcx_harness.cli.robot_files import check_robot_files
+    if json_file is not None and json_file == sarif:
+        raise InputError("--json and --sarif name the same file", file=sarif)
+    written = JsonOutput(json_file, JSON_BEGINNING, files or ())
+    log = JsonOutput(sarif, SARIF_BEGINNING, files or ())
+    findings: list[Finding] = []
+    summary = ""
+    with written.apart(), log.apart():
+        programs = [file for file in files or () if file.suffix.lower() in _ROBOT_FILES]
+        others = [file for file in files or () if file not in programs]
+        if programs:
+            # Import here: the module loads the virtual controller, which only robot programs need.
+            from rcx_harness.cli.robot_files import check_robot_files
 
-        check_robot_files(programs)
-        files = [file for file in files or () if file not in programs]
-        if not files:
-            return
+            findings, summary = check_robot_files(programs)
+            if summary:
+                print(summary)
+        if (summary or not programs) and (others or not programs):
+            given = _Given(others or files, lib, replace, dialect, device, lint_only, stubs, tool)
+            found, summary = _checked(given)
+            findings += found
+            if summary:
+                print(summary)
+    written.write(as_json(findings, summary))
+    log.write(as_sarif(findings, Path.cwd()))
+    if code := _exit_code(findings, strict):
+        raise typer.Exit(code)
+
+
+def _exit_code(findings: Sequence[Finding], strict: bool) -> int:
+    levels = {finding.level for finding in findings}
+    if "error" in levels:
+        return 2
+    return int("rule" in levels or (strict and "warning" in levels))
+
+
+class _Given(NamedTuple):
+    """The sources and options of a check."""
+
+    files: list[Path]
+    lib: Path | None
+    replace: list[str] | None
+    dialect: str | None
+    device: str
+    lint_only: bool
+    stubs: Path | None
+    tool: str | None
+
+
+def _checked(given: _Given) -> tuple[list[Finding], str]:
+    """Check Structured Text, and print the findings.
+
+    Return the findings, and the sentence that sums them up; it is empty after errors.
+    """
+    lib, lint_only = given.lib, given.lint_only
     # With --lint each file is checked separately, so a call may name folders with several programs.
-    sources = source_files(files, lib, replacements(replace), dialect, device)
+    sources = source_files(
+        given.files, lib, replacements(given.replace), given.dialect, given.device
+    )
     for note in sources.notes:
         print(legible(f"note: {note}"))
-    if stubs is not None:
-        sources = _with_stubs(sources, stubs)
+    if given.stubs is not None:
+        sources = _with_stubs(sources, given.stubs)
     project, errors = (None, []) if lint_only else analysed(sources.all, sys.maxsize)
     if errors:
         from structured_text.projects.missing import by_library
 
         errors = first_errors(by_library(errors, sources.missing, sources.declared))
-    for error in errors:
-        print(f"error: {blame_lib(error, lib)}", file=sys.stderr)
-    if errors:
-        raise typer.Exit(2)
-    if tool is not None and project is not None:
-        _refused(tools()[tool], sources, project, None if replace else files)
-        return
+        errors = [blame_lib(error, lib) for error in errors]
+        for error in errors:
+            print(f"error: {error}", file=sys.stderr)
+        return [Finding.of_error(error) for error in errors], ""
+    if given.tool is not None and project is not None:
+        program = None if given.replace else given.files
+        return _refused(tools()[given.tool], sources, project, program)
     users, library = sources.users
     prefix = library_names(lib).prefix
-    findings = lint(sources.own, library, sources.lib, binding=lint_only, prefix=prefix)
+    checked = lint(sources.own, library, sources.lib, binding=lint_only, prefix=prefix)
+    found = [(finding, "portability") for finding in checked]
+    faulty: list[Place] = []
     if not lint_only:
-        called = [*call_findings(users, library), *image_use(users, library).findings]
-        findings += [LintFinding(one.file, one.at, one.text, one.certain) for one in called]
-        findings += [LintFinding(*one, strict=False) for one in first_mistakes(users, library)]
-        findings += unportable(project.uses if project else (), library)
+        calls, images = call_findings(users, library), image_use(users, library).findings
+        for called, rule in ((calls, "call-order"), (images, "process-image")):
+            found += [
+                (LintFinding(one.file, one.at, one.text, one.certain), rule) for one in called
+            ]
+        mistakes = first_mistakes(users, library)
+        found += [(LintFinding(*one, strict=False), "first-mistake") for one in mistakes]
+        uses = unportable(project.uses if project else (), library)
+        found += [(finding, "one-engine") for finding in uses]
         faulty = _faults(project)
-        findings += [LintFinding(one.file, one.at, one.text, strict=False) for one in faulty]
-        findings = sorted(dict.fromkeys(findings), key=lambda one: (str(one.file), one.at))
-    for finding in findings:
+        found += [
+            (LintFinding(one.file, one.at, one.text, strict=False), "matiec-fault")
+            for one in faulty
+        ]
+        found = sorted(dict.fromkeys(found), key=lambda one: (str(one[0].file), one[0].at))
+    for finding, _ in found:
         print(legible(str(finding)))
-    strict = sum(finding.strict for finding in findings)
+    strict = sum(finding.strict for finding, _ in found)
     broken, files_read = counted(strict, "broken rule"), counted(len(sources.own), "file")
+    findings = [Finding.of_lint(finding, rule) for finding, rule in found]
     if lint_only:
-        print(f"{files_read} checked for portability: {broken}")
-    else:
-        warnings = counted(len(findings) - strict, "warning")
-        print(
-            f"{files_read} checked with the library: no errors, {broken}, {warnings}"
-            f"{_compile(sources, project, faulty)}"
-        )
-    if strict:
-        raise typer.Exit(1)
+        return findings, f"{files_read} checked for portability: {broken}"
+    warnings = counted(len(findings) - strict, "warning")
+    return findings, (
+        f"{files_read} checked with the library: no errors, {broken}, {warnings}"
+        f"{_compile(sources, project, faulty)}"
+    )
 
 
 def _with_stubs(sources: SourceFiles, folder: Path) -> SourceFiles:
@@ -165,20 +236,25 @@ def _with_stubs(sources: SourceFiles, folder: Path) -> SourceFiles:
 
 def _refused(
     tool: Tool, sources: SourceFiles, project: Project, program: list[Path] | None
-) -> None:
-    """Print the constructs that a tool refuses or may refuse; exit with 1 if one is refused."""
+) -> tuple[list[Finding], str]:
+    """Print the constructs that a tool refuses or may refuse, and return them."""
     found = refused(tool, sources, project, program)
     for one in found:
         print(legible(str(one)))
     if tool.note:
         print(f"note: {tool.note}; rcx export {tool.export} writes them")
     certain = sum(one.certain for one in found)
-    print(
+    findings = [
+        Finding.of_lint(
+            LintFinding(one.file, one.at, one.text, one.certain),
+            "refused" if one.certain else "may-be-refused",
+        )
+        for one in found
+    ]
+    return findings, (
         f"{counted(len(sources.own), 'file')} checked for {tool.title}: "
         f"{certain or 'nothing'} refused, {len(found) - certain or 'nothing'} that may be refused"
     )
-    if certain:
-        raise typer.Exit(1)
 
 
 def _faults(project: Project | None) -> list[Place]:

@@ -6,8 +6,7 @@ import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 
-import typer
-
+from rcx_harness.cli.findings import Finding
 from rcx_harness.cli.options import counted
 from rcx_harness.robot.program import Program, read_program, text_of
 from rcx_harness.robot.program.all_file import read_all
@@ -21,24 +20,23 @@ __all__ = ["check_robot_files"]
 _SIZE = 256
 
 
-def check_robot_files(files: Sequence[Path]) -> None:
+def check_robot_files(files: Sequence[Path]) -> tuple[list[Finding], str]:
     """Check robot programs, and print all errors and warnings with their lines.
 
-    Raises:
-        Exit: with code 2, if there is an error.
+    Returns:
+        The findings, and the sentence that sums them up; the sentence is empty if there are errors.
     """
-    errors, warnings, count = 0, 0, 0
+    findings = []
     for file in files:
         for error, certain in _findings(file):
             kind = "error" if certain else "warning"
             print(legible(f"{kind}: {error}"), file=sys.stderr if certain else sys.stdout)
-            errors, warnings = errors + certain, warnings + (not certain)
-        count += 1
-    if errors:
-        raise typer.Exit(2)
-    print(
-        f"{counted(count, 'file')} of robot programs checked: no errors, "
-        f"{counted(warnings, 'warning')}"
+            findings.append(Finding.of_error(error, "robot-program", kind))
+    if any(finding.level == "error" for finding in findings):
+        return findings, ""
+    return findings, (
+        f"{counted(len(files), 'file')} of robot programs checked: no errors, "
+        f"{counted(len(findings), 'warning')}"
     )
 
 

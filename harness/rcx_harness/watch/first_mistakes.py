@@ -15,6 +15,7 @@ from typing import NamedTuple
 
 from rcx_harness.watch.calls_source import AREAS
 from rcx_harness.watch.robots_used import Call, Robot, RobotsUsed, pins_of, robot_pins
+from structured_text.errors import place_text
 from structured_text.language import cache
 from structured_text.language.checked import analysed
 from structured_text.language.project import Project
@@ -68,7 +69,7 @@ class Mistake(NamedTuple):
     text: str
 
     def __str__(self) -> str:
-        return f"{self.file}:{self.at.line}:{self.at.column}: warning: {self.text}"
+        return f"{place_text(self.file, self.at.line, self.at.column)}: warning: {self.text}"
 
 
 def first_mistakes(files: Sequence[Path], library: Sequence[Path] = ()) -> list[Mistake]:

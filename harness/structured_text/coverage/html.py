@@ -92,7 +92,8 @@ def _overview(results: Sequence[FileResult], names: Mapping[str, str]) -> Iterat
 def _gap(gap: Gap, page: str, path: str) -> str:
     reason = f"<br><span class='note'>{escape(gap.reason)}</span>" if gap.reason else ""
     link = f'<a href="{page}#L{gap.line}">{escape(path)}{gap.line}</a>'
-    return f"<li>{link} {escape(gap.text)}{reason}</li>"
+    network = f"{escape(gap.network)}: " if gap.network else ""
+    return f"<li>{link} {network}{escape(gap.text)}{reason}</li>"
 
 
 def _head(first: str) -> str:
@@ -129,25 +130,71 @@ def _file(result: FileResult) -> Iterator[str]:
     statements = _by_line(result.statements)
     branches = _by_line(result.branches)
     last = 0
-    for number, line in sorted(result.source.items()):
-        if number != last + 1:
-            yield '<tr class="gap"><td class="no">⋮</td><td></td><td></td><td></td></tr>'
-        last = number
-        items, ways = statements.get(number, []), branches.get(number, [])
-        style = _style([*items, *ways])
-        hits = str(min(item.hits for item in items)) if items else ""
-        chips = "".join(_chip(way) for way in ways)
-        yield (
-            f'<tr id="L{number}" class="{style}"><td class="no">{number}</td>'
-            f'<td class="hits">{hits}</td><td class="marks">{chips}</td>'
-            f'<td class="text">{escape(line)}</td></tr>'
-        )
+    for network, numbers in _groups(result):
+        if network:
+            yield f'<tr class="network"><th colspan="4">{escape(network)}</th></tr>'
+        for number in numbers:
+            if number != last + 1 and not network:
+                yield '<tr class="gap"><td class="no">⋮</td><td></td><td></td><td></td></tr>'
+            last = number
+            items, ways = statements.get(number, []), branches.get(number, [])
+            if network:
+                yield from _translated(number, result.source[number], items, ways)
+            else:
+                yield _line(number, result.source[number], items, ways)
     yield "</table></div>"
     if result.decisions:
         yield "<h2>Decisions</h2><p class='note'>For each condition, its values, and whether it"
         yield "has decided the outcome as TRUE and as FALSE (unique: no other one differed).</p>"
     for decision in result.decisions:
-        yield from _decision(decision)
+        yield from _decision(decision, result.networks.get(decision.line, ""))
+
+
+def _groups(result: FileResult) -> list[tuple[str, list[int]]]:
+    """Return the numbers of the lines to show, in groups with the rung or network of each group.
+
+    Elements of several networks may be mixed in the file. Each network is shown once, at the place
+    of its first line.
+    """
+    groups: list[tuple[str, list[int]]] = []
+    drawn: dict[str, list[int]] = {}
+    for number in sorted(result.source):
+        network = result.networks.get(number, "")
+        if network in drawn:
+            drawn[network].append(number)
+        elif groups and groups[-1][0] == network:
+            groups[-1][1].append(number)
+        else:
+            groups.append((network, [number]))
+            if network:
+                drawn[network] = groups[-1][1]
+    return groups
+
+
+def _translated(
+    number: int, text: str, items: Sequence[Item], ways: Sequence[Item]
+) -> Iterator[str]:
+    """Yield the rows of an element of a drawing: each line of its translation, with its counts."""
+    waiting = list(items)
+    for row, line in enumerate(text.split("\n")):
+        found = next((item for item in waiting if item.text == line.strip()), None)
+        if found is not None:
+            waiting.remove(found)
+        own = [found] if found is not None else []
+        yield _line(number, line, own, () if row else ways, row)
+
+
+def _line(number: int, text: str, items: Sequence[Item], ways: Sequence[Item], row: int = 0) -> str:
+    """Return a row of the table; links go to row 0 of a line."""
+    style = _style([*items, *ways])
+    hits = str(min(item.hits for item in items)) if items else ""
+    chips = "".join(_chip(way) for way in ways)
+    name = f"L{number}.{row}" if row else f"L{number}"
+    return (
+        f'<tr id="{name}" class="{style}"><td class="no">{number}</td>'
+        f'<td class="hits">{hits}</td><td class="marks">{chips}</td>'
+        f'<td class="text">{escape(text)}</td></tr>'
+    )
 
 
 def _by_line(items: Sequence[Item]) -> dict[int, list[Item]]:
@@ -173,13 +220,14 @@ def _chip(way: Item) -> str:
     return f'<span class="chip {style}" {about}>{mark}</span>'
 
 
-def _decision(decision: DecisionResult) -> Iterator[str]:
+def _decision(decision: DecisionResult, network: str) -> Iterator[str]:
     complete = all(one.judged.masking for one in decision.conditions)
     excused = all(one.judged.masking or one.reason for one in decision.conditions)
     style, mark = ("yes", "✓") if complete else ("soft", "·") if excused else ("no-mark", "✗")
     opened = "" if complete else " open"
     yield f'<details{opened}><summary><span class="{style}">{mark}</span>'
-    yield f'<a href="#L{decision.line}">{decision.line}</a> {escape(decision.text)}</summary>'
+    text = f"{network}: {decision.text}" if network else decision.text
+    yield f'<a href="#L{decision.line}">{decision.line}</a> {escape(text)}</summary>'
     yield "<div class='wide'><table><tr><th></th><th>Condition</th><th>TRUE</th><th>FALSE</th>"
     yield "<th>MC/DC</th><th>Unique-cause</th><th></th></tr>"
     for letter, one in zip(_letters(), decision.conditions, strict=False):

@@ -13,7 +13,7 @@ from structured_text.engines.builtin.coverage import Plan, Postfix
 from structured_text.language import tree as t
 from structured_text.language.lexer import tokens
 from structured_text.language.printer import expression_text, label_text
-from structured_text.language.source import origin, source_text
+from structured_text.language.source import NetworkLine, origin, source_text
 from structured_text.language.types import EnumType
 from structured_text.language.walk import bodies
 
@@ -32,10 +32,11 @@ _COMPARE = {
 
 
 class Point(NamedTuple):
-    """A statement: its line and its counter."""
+    """A statement: its line, its counter, and its text if it was translated from a drawing."""
 
     line: int
     counter: int
+    text: str = ""
 
 
 class Branch(NamedTuple):
@@ -99,6 +100,8 @@ class Text:
     Attributes:
         lines: The text by line number.
         reasons: The reasons why lines are unreachable, by line number.
+        networks: The rungs or networks that lines were translated from, such as `Main, rung 3`, by
+            line number. The text of such a line is the translation.
         words: The keyword lines of each IF, CASE or loop, by the position of its first word.
 
     Raises:
@@ -108,16 +111,25 @@ class Text:
     def __init__(self, file: Path, sources: Sequence[Path]) -> None:
         self.lines: dict[int, str] = {}
         self.reasons: dict[int, str] = {}
+        self.networks: dict[int, str] = {}
         self.words: dict[tuple[int, int], _Words] = {}
         own = file.read_text(encoding="utf-8", errors="replace").splitlines()
         for source in sources:
             text = source_text(source)
+            drawn: dict[int, list[str]] = {}
+            names: dict[int, list[str]] = {}
             for number, shown in enumerate(text.splitlines(), 1):
                 at, _ = origin(source, number, 1)
+                if isinstance(at, NetworkLine):
+                    drawn.setdefault(int(at), []).append(shown)
+                    names.setdefault(int(at), []).append(at.place)
                 # A line of the source may be assembled from several parts of the file. Then the
                 # line of the file is shown.
-                if self.lines.setdefault(at, shown) != shown:
+                elif self.lines.setdefault(at, shown) != shown:
                     self.lines[at] = own[at - 1] if at <= len(own) else shown
+            # An element of a drawing may become several statements.
+            self.lines |= {at: "\n".join(texts) for at, texts in drawn.items()}
+            self.networks |= {at: "; ".join(dict.fromkeys(some)) for at, some in names.items()}
             for number, reason in _reasons(text).items():
                 self.reasons[origin(source, number, 1)[0]] = reason
             self.words |= _words(text, source)
@@ -178,7 +190,9 @@ class _Lister:
         """List the statements of a body and the items inside them."""
         before: t.Statement | None = None
         for node in body:
-            self._found.statements.append(Point(node.at.line, self._plan.run[id(node)]))
+            line = node.at.line
+            text = line.text if isinstance(line, NetworkLine) else ""
+            self._found.statements.append(Point(line, self._plan.run[id(node)], text))
             if isinstance(node, t.If):
                 self._if(node)
             elif isinstance(node, t.Case):

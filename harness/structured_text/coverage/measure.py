@@ -58,6 +58,7 @@ class Share:
 class Item:
     """A statement or branch: how often it was executed, and the reason if it cannot be executed.
 
+    `text` describes a branch. For a statement of a rung or network it is the translation.
     `run` is the number of the counter. For a branch, `fork` is the number of its IF, CASE or loop
     in the file, and `at` is the first line of this statement.
     """
@@ -124,6 +125,8 @@ class FileResult:
     Attributes:
         path: The path as it is displayed, `folder/Block.st`.
         source: The lines of the file, by their numbers.
+        networks: The rungs or networks that lines were translated from, such as `Main, rung 3`, by
+            their numbers.
         pous: Name, line and number of calls of each function or block in the file.
         bodies: For each POU in `pous`, the sorted lines of its statements.
         stale: Numbers of lines that are marked as unreachable although everything on them was
@@ -135,6 +138,7 @@ class FileResult:
 
     path: str
     source: dict[int, str] = field(default_factory=dict)
+    networks: dict[int, str] = field(default_factory=dict)
     pous: list[tuple[str, int, int]] = field(default_factory=list)
     bodies: list[list[int]] = field(default_factory=list)
     statements: list[Item] = field(default_factory=list)
@@ -212,7 +216,7 @@ def measure(
         result.demands_mcdc = path.startswith(demanded)
         result.changed = name in merged.changed or len(versions) > 1
         for source in versions[-1:]:
-            result.source = source.lines
+            result.source, result.networks = source.lines, source.networks
             for pou in source.pous.values():
                 if result.changed:
                     pou = CountedPou(pou.listing, [0] * len(pou.counters), [set()] * len(pou.seen))
@@ -242,7 +246,8 @@ def _fill(
     for point in found.statements:
         hits, run = counters[point.counter], runs + point.counter
         reason = why.get(point.line, "")
-        result.statements.append(Item(point.line, hits, run, at=point.line, reason=reason))
+        item = Item(point.line, hits, run, point.text, point.line, reason=reason)
+        result.statements.append(item)
     for way in found.branches:
         hits, run, fork = counters[way.counter], runs + way.counter, forks + way.fork
         reason = why.get(way.line, "")

@@ -96,7 +96,7 @@ class _Part:
             text = Text(file, one.sources)
         except (OSError, InputError):
             return None
-        entry = {"file": one.file, "hash": one.hash}
+        entry = {"file": one.file, "hash": one.hash, "networks": list(text.networks.items())}
         lines, reasons = list(text.lines.items()), list(text.reasons.items())
         self.files.append({**entry, "lines": lines, "reasons": reasons})
         return text
@@ -126,12 +126,14 @@ class Source:
     Attributes:
         lines: The text of the file, by line number.
         reasons: The reasons why lines are unreachable, by line number.
+        networks: The rungs or networks that lines were translated from, by line number.
         pous: The POUs. The key is the name with the numbers of counters and decisions, because
             constants of other files may change these numbers.
     """
 
     lines: dict[int, str] = field(default_factory=dict)
     reasons: dict[int, str] = field(default_factory=dict)
+    networks: dict[int, str] = field(default_factory=dict)
     pous: dict[tuple[str, int, int], CountedPou] = field(default_factory=dict)
 
 
@@ -157,6 +159,7 @@ class Merged:
             source = self._source(one)
             source.lines |= dict(one["lines"])
             source.reasons |= dict(one["reasons"])
+            source.networks |= dict(one.get("networks", ()))
         for one in part["pous"]:
             self._add(self._source(one).pous, one)
 

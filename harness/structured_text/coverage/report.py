@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 
 from rich.console import Console
@@ -17,15 +17,22 @@ __all__ = ["Gap", "conditions", "gaps", "missing", "summary", "total", "totals"]
 
 @dataclass(frozen=True)
 class Gap:
-    """An item that is not covered; `reason` says why the item need not be covered."""
+    """An item that is not covered.
+
+    Attributes:
+        reason: Why the item need not be covered.
+        network: The rung or network of the line, such as `Main, rung 3`; empty for a line of text.
+    """
 
     path: str
     line: int
     text: str
     reason: str = ""
+    network: str = ""
 
     def __str__(self) -> str:
-        shown = f"{self.path}:{self.line}: {self.text}"
+        network = f"{self.network}: " if self.network else ""
+        shown = f"{self.path}:{self.line}: {network}{self.text}"
         return f"{shown}\n    because {self.reason}" if self.reason else shown
 
 
@@ -57,7 +64,10 @@ def gaps(results: Sequence[FileResult], *, justified: bool = False) -> list[Gap]
                     Gap(result.path, 1, "changed while the tests ran, or since: run again")
                 )
             continue
-        every = sorted(_gaps(result), key=lambda gap: gap.line)
+        every = [
+            replace(gap, network=result.networks.get(gap.line, ""))
+            for gap in sorted(_gaps(result), key=lambda gap: gap.line)
+        ]
         found += [gap for gap in every if bool(gap.reason) is justified]
         if not justified:
             found += [
@@ -71,7 +81,7 @@ def _gaps(result: FileResult) -> Iterator[Gap]:
     ways = {item.run for item in result.branches if not item.hits}
     for item in result.statements:
         if not item.hits and item.run not in ways:
-            text = result.source.get(item.line, "").strip()
+            text = item.text or result.source.get(item.line, "").strip()
             yield Gap(result.path, item.line, f"not executed: {text}", item.reason)
     for item in result.branches:
         if not item.hits:
@@ -96,22 +106,39 @@ def conditions(result: FileResult) -> Iterator[Gap]:
 def missing(result: FileResult) -> str:
     """Return the lines of statements that were not executed, and of branches not taken.
 
-    The form is `12-14, 20; branches 17, 19`.
+    The form is `12-14, 20; branches 17, 19`. For a drawing, its rungs or networks are named in
+    place of lines: `Main, rung 2; Main, rung 4`.
     """
     if result.changed:
         return "changed since"
+    drawn = [
+        result.networks[item.line]
+        for item in sorted((*result.statements, *result.branches), key=lambda item: item.line)
+        if not _counts(item) and item.line in result.networks
+    ]
+    return "; ".join(filter(None, (*dict.fromkeys(drawn), _missing_lines(result))))
+
+
+def _missing_lines(result: FileResult) -> str:
+    """Return the lines of text that were not executed."""
     executed: dict[int, bool] = {}
     for item in result.statements:
         executed[item.line] = executed.get(item.line, True) and _counts(item)
     runs = [
         [*run]
         for body in result.bodies
-        for hit, run in groupby(body, lambda line: executed[line])
+        for hit, run in groupby(body, lambda line: executed[line] or line in result.networks)
         if not hit
     ]
     shown = [f"{run[0]}-{run[-1]}" if len(run) > 1 else str(run[0]) for run in sorted(runs)]
     dead = {item.run for item in result.statements if not _counts(item)}
-    ways = sorted({one.line for one in result.branches if not _counts(one) and one.run not in dead})
+    ways = sorted(
+        {
+            one.line
+            for one in result.branches
+            if not _counts(one) and one.run not in dead and one.line not in result.networks
+        }
+    )
     branches = f"branches {', '.join(map(str, ways))}" if ways else ""
     return "; ".join(filter(None, (", ".join(shown), branches)))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from functools import partial
 from typing import TypeAlias
 
@@ -12,11 +13,15 @@ from structured_text.debug.places import real_path
 from structured_text.debug.protocol import Message
 from structured_text.debug.values import Held
 from structured_text.debug.view_requests import ViewRequests
-from structured_text.errors import InputError
+from structured_text.errors import InputError, near
+from structured_text.language import tree as t
 
 __all__ = ["BreakpointRequests"]
 
 _Lines: TypeAlias = tuple[str, ...]
+
+#: A function breakpoint in a drawing: `Main rung 3`, `Main: network 3`, `Main, step Fill`.
+_NETWORK = re.compile(r"\s*(?P<pou>\w+(?:\.\w+)*)\s*[\s:,]\s*(?P<network>\S.*)")
 
 
 class BreakpointRequests(Requests):
@@ -66,8 +71,18 @@ class BreakpointRequests(Requests):
         return {"id": self._numbers, "verified": True, **shown}
 
     def _of_pous(
-        self, wanted: Message, at: int, pous: _Lines, *, entry: bool = False
+        self,
+        wanted: Message,
+        at: int,
+        pous: _Lines,
+        *,
+        entry: bool = False,
+        code: frozenset[int] | None = None,
     ) -> Breakpoint:
+        """Return a breakpoint at a line of POUs.
+
+        With `code`, it is at these lines of the Python module.
+        """
         conditions, messages = {}, {}
         run = self._run
         for key in pous:
@@ -77,7 +92,7 @@ class BreakpointRequests(Requests):
             if text := wanted.get("logMessage"):
                 messages[key] = message_of(text, partial(run.expressions.compiled, pou))
         counting = _counting(wanted)
-        lines = {key: run.places.code_lines(key, at) for key in pous}
+        lines = {key: run.places.code_lines(key, at) if code is None else code for key in pous}
         self._numbers += 1
         return Breakpoint(self._numbers, lines, conditions, counting, messages, entry)
 
@@ -101,14 +116,11 @@ class BreakpointRequests(Requests):
         self._of_functions = []
         told = []
         for wanted in arguments.get("breakpoints", ()):
-            key = str(wanted.get("name", "")).strip().upper()
-            pou = self._run.places.project.pous.get(key)
-            if pou is None or not pou.body:
-                told.append(unverified(f"there is no POU {wanted.get('name')} with statements"))
-                continue
-            at = self._run.places.first_line(pou)
             try:
-                self._of_functions.append(self._of_pous(wanted, at, (key,), entry=True))
+                pou, at, code = self._named(str(wanted.get("name", "")))
+                key, entry = pou.name.upper(), code is None
+                made = self._of_pous(wanted, at, (key,), entry=entry, code=code)
+                self._of_functions.append(made)
             except InputError as error:
                 told.append(unverified(str(error)))
                 continue
@@ -116,6 +128,32 @@ class BreakpointRequests(Requests):
             told.append({"id": self._numbers, "verified": True, **shown})
         self._set()
         return {"breakpoints": told}
+
+    def _named(self, name: str) -> tuple[t.Pou, int, frozenset[int] | None]:
+        """Return the POU of a function breakpoint, and the line at which the breakpoint stops.
+
+        The name of the POU may be followed by a rung or network, as in `Main rung 3`. Then the
+        last value has the lines of the Python module at which the breakpoint stops. Raise
+        InputError if there is no such POU or network.
+        """
+        places = self._run.places
+        pou = places.project.pous.get(name.strip().upper())
+        if pou is not None and pou.body:
+            return pou, places.first_line(pou), None
+        found = _NETWORK.fullmatch(name)
+        key = found["pou"].upper() if found is not None else ""
+        networks = places.networks(key)
+        if found is None or not networks:
+            raise InputError(f"there is no POU {name} with statements")
+        wanted = " ".join(found["network"].upper().split())
+        for network, (at, code) in networks.items():
+            words = network.upper().split()
+            if wanted in (" ".join(words), words[-1]):
+                return places.project.pous[key], at, code
+        raise InputError(
+            f"{places.project.pous[key].name} has no {found['network'].strip()} with statements",
+            hint=near(found["network"], networks, "it has"),
+        )
 
     def _set(self) -> None:
         every = [one for some in self._of_lines.values() for one in some]

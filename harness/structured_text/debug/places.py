@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import os
 from bisect import bisect_left
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from types import CodeType
@@ -15,6 +15,7 @@ from structured_text.engines.builtin.statements import Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
 from structured_text.language import tree as t
 from structured_text.language.project import Project
+from structured_text.language.source import NetworkLine
 from structured_text.language.walk import statements
 
 __all__ = ["Code", "Places", "real_path"]
@@ -81,6 +82,22 @@ class Code:
     lines: Mapping[int, tuple[int, ...]] = field(default_factory=dict)
     """The lines of the Python module at which the statements of a source line begin."""
 
+    def first(self, lines: Iterable[int]) -> frozenset[int]:
+        """Return the lines of the Python module at which a breakpoint stops.
+
+        An element of a rung or network may become several statements. The run stops before the
+        first of them.
+        """
+        found: dict[str, int] = {}
+        plain: list[int] = []
+        for line in sorted(lines):
+            at = self.begins[line]
+            if isinstance(at, NetworkLine):
+                found.setdefault(at.network, line)
+            else:
+                plain.append(line)
+        return frozenset((*plain, *found.values()))
+
 
 class Places:
     """The statements of a program, by file and line."""
@@ -123,9 +140,27 @@ class Places:
 
     def code_lines(self, key: str, line: int) -> frozenset[int]:
         """Return the lines of the Python module for the statements in a source line of a POU."""
+        code = self._code(key)
+        return code.first(code.lines.get(line, ())) if code is not None else frozenset()
+
+    def networks(self, key: str) -> dict[str, tuple[int, frozenset[int]]]:
+        """Return the rungs or networks of a POU in the order of execution.
+
+        Each has the line of its first statement, and the line of this statement in the Python
+        module.
+        """
+        code = self._code(key)
+        found: dict[str, tuple[int, frozenset[int]]] = {}
+        if code is None:
+            return found
+        for line, at in sorted(code.begins.items()):
+            if isinstance(at, NetworkLine) and line not in code.rounds:
+                found.setdefault(at.network, (at, frozenset((line,))))
+        return found
+
+    def _code(self, key: str) -> Code | None:
         body = self._bodies.get(key)
-        code = self.of(body) if body is not None else None
-        return frozenset(code.lines.get(line, ())) if code is not None else frozenset()
+        return self.of(body) if body is not None else None
 
     @cached_property
     def _bodies(self) -> dict[str, CodeType]:
@@ -184,9 +219,12 @@ class Places:
         return sorted({line for line, _ in found if first <= line <= last})
 
     def first_line(self, pou: t.Pou) -> int:
-        """Return the first line with a statement of a body, or the POU's line if there are none."""
-        return min((one.at.line for one in statements(pou.body)), default=pou.at.line)
+        """Return the line of the first statement of a body, or the POU's line if there are none.
+
+        In a drawing, the first statement may be behind others in the file.
+        """
+        return next((one.at.line for one in statements(pou.body)), pou.at.line)
 
     def last_line(self, pou: t.Pou) -> int:
         """Return the line of the last statement of a body, or the POU's line if there are none."""
-        return max((one.at.line for one in statements(pou.body)), default=pou.at.line)
+        return [pou.at.line, *(one.at.line for one in statements(pou.body))][-1]

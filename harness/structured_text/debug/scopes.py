@@ -14,9 +14,13 @@ from structured_text.debug.places import Places
 from structured_text.debug.tracer import Tracer
 from structured_text.debug.values import Held, Item, ProgramVariables, Text, local
 from structured_text.language import tree as t
+from structured_text.language.source import NetworkLine
 from structured_text.output.units import format_us
 
 __all__ = ["Frame", "Scopes"]
+
+#: Greatest length of a statement in the title of a call [characters].
+_LONGEST = 60
 
 
 @dataclass
@@ -85,6 +89,7 @@ class Scopes:
             path = self._memory.path(instance) if instance is not None else ""
             title = f"{path} ({pou.name})" if path else f"{pou.name}()"
             line = entry.line or self._places.first_line(pou)
+            title += _network(line)
             store = _storing(tracer, depth, variables)
             frames.append(Frame(pou, title, line, instance, variables, store, path))
         return frames[::-1]
@@ -146,6 +151,15 @@ class Scopes:
             if broken
             else Text("broken rules", "none"),
         ]
+
+
+def _network(line: int) -> str:
+    """Return the rung or network of a statement, and its translation, for the title of a call."""
+    if not isinstance(line, NetworkLine):
+        return ""
+    text = line.text.rstrip(";")
+    text = text if len(text) <= _LONGEST else f"{text[: _LONGEST - 3]}..."
+    return f", {line.network}: {text}"
 
 
 def _storing(tracer: Tracer, depth: int, variables: dict[str, Any]) -> Callable[[str, Any], None]:

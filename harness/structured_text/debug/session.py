@@ -141,6 +141,8 @@ class Session:
             "allThreadsStopped": True,
         }
         where = self._run.debugger.where()
+        if network := self._views.network:
+            where = f"{where}, {network}"
         body["description"] = f"{stop.text or stop.reason} ({where})"
         if stop.text:
             body["text"] = stop.text

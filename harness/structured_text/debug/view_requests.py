@@ -12,6 +12,7 @@ from structured_text.debug.protocol import Message
 from structured_text.debug.scopes import Frame
 from structured_text.debug.values import Held, Item, Text
 from structured_text.errors import InputError
+from structured_text.language.source import NetworkLine
 
 __all__ = ["ViewRequests"]
 
@@ -50,6 +51,13 @@ class ViewRequests(Requests):
         if tracer.device is not None:
             return self._programs + tracer.device.task
         return self._run.scopes.running(tracer)
+
+    @property
+    def network(self) -> str:
+        """Return POU and rung or network of the current statement; empty for a line of text."""
+        tracer = self._run.player.tracer
+        line = tracer.stack[-1].line if tracer.stack and tracer.device is None else 0
+        return line.place if isinstance(line, NetworkLine) else ""
 
     def task(self, arguments: Message) -> int:
         """Return the number of the device's task in a request, or 0 for a program of the PLC."""

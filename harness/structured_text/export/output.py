@@ -12,7 +12,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, place_text
 from structured_text.output.exported import MARK, RECORD, digest, is_marked, record, recorded
 from structured_text.output.files import replace_files
 from structured_text.output.paths import real
@@ -39,7 +39,7 @@ class Missing:
     replaced: bool = False
 
     def __str__(self) -> str:
-        return f"{self.file}:{self.line}: {self.what}: {self.why}"
+        return f"{place_text(self.file, self.line)}: {self.what}: {self.why}"
 
 
 @dataclass(frozen=True)

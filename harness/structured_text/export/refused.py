@@ -13,6 +13,7 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
+from structured_text.errors import place_text
 from structured_text.export.words import words
 from structured_text.language import syntax as s
 from structured_text.language.constructs import Use
@@ -79,7 +80,7 @@ class Refusal:
 
     def __str__(self) -> str:
         kind = "refused" if self.certain else "may be refused"
-        return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
+        return f"{place_text(self.file, self.at.line, self.at.column)}: {kind}: {self.text}"
 
 
 @cache

@@ -12,6 +12,7 @@ from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from structured_text.errors import place_text
 from structured_text.language import cache
 from structured_text.language import syntax as s
 from structured_text.language.constructs import Use
@@ -54,7 +55,7 @@ class LintFinding:
     def __str__(self) -> str:
         """Return the finding as a line of text, in the form of compiler messages."""
         kind = "rule" if self.strict else "warning"
-        return f"{self.file}:{self.at.line}:{self.at.column}: {kind}: {self.text}"
+        return f"{place_text(self.file, self.at.line, self.at.column)}: {kind}: {self.text}"
 
 
 def lint(

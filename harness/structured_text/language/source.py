@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 from codecs import BOM_UTF8
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from structured_text.errors import InputError
+from structured_text.errors import NO_COLUMN, InputError
 from structured_text.output.limits import SOURCE
 from structured_text.output.reading import file_bytes, text_of
 
@@ -15,6 +15,7 @@ __all__ = [
     "ELSEWHERE",
     "Extract",
     "Line",
+    "NetworkLine",
     "Unread",
     "in_dialect",
     "is_narrow",
@@ -48,15 +49,58 @@ class Line:
     Attributes:
         text: The line without its line end.
         at: Line in the file, from 1.
-        shift: Number to add to a column of this text to get the column in the file.
-        network: The network or rung that the line was translated from, such as `rung 3`; empty for
-            a line of text.
+        shift: Number to add to a column of this text to get the column in the file; 0 for a line
+            with a network that has no column in the file.
+        network: The part of a drawing that the line was translated from, such as `rung 3`,
+            `network 3`, `step Fill` or `transition 2`; empty for a line of text.
+        owner: Name of the method or action with the drawing, such as `Main.Work`; empty if it is
+            the body of the POU.
     """
 
     text: str
     at: int
     shift: int = 0
     network: str = ""
+    owner: str = ""
+
+
+class NetworkLine(int):
+    """A line number in a file, and the translated line that it belongs to.
+
+    It equals the plain number, so that only code that names a network distinguishes them.
+
+    Attributes:
+        pou: Name of the POU, method or action with the drawing; empty if it is not known.
+        line: The line of the translation.
+    """
+
+    pou: str
+    line: Line
+
+    def __new__(cls, number: int, pou: str, line: Line) -> NetworkLine:
+        """Return a line number with its POU and the line of the translation."""
+        made = super().__new__(cls, number)
+        made.pou, made.line = pou, line
+        return made
+
+    def __getnewargs__(self) -> tuple[int, str, Line]:  # type: ignore[override]
+        """Return the arguments of `__new__` for pickle."""
+        return int(self), self.pou, self.line
+
+    @property
+    def network(self) -> str:
+        """Return the part of the drawing, such as `rung 3`."""
+        return self.line.network
+
+    @property
+    def text(self) -> str:
+        """Return the text of the translated line, without indentation."""
+        return self.line.text.strip()
+
+    @property
+    def place(self) -> str:
+        """Return POU and network for a message, such as `Main, rung 3`."""
+        return f"{self.pou}, {self.network}" if self.pou else self.network
 
 
 @dataclass(frozen=True)
@@ -93,6 +137,9 @@ class Extract(_AnyPath):
         unread: The bodies that are missing in the text, because they are in another language.
         project: The project file that the lines from `ELSEWHERE` on come from, if the extract's own
             file replaces a body of the project. Otherwise empty.
+        diagrams: The ladder and function block diagrams that lines were translated from, with the
+            names of their POUs, methods and actions. Coverage draws them; the language does not
+            use them.
     """
 
     lines: tuple[Line, ...] | None = None
@@ -100,6 +147,7 @@ class Extract(_AnyPath):
     dialect: str = ""
     unread: tuple[Unread, ...] = ()
     project: str = ""
+    diagrams: tuple[tuple[str, Any], ...] = ()
     _whole_hash: int | None = None
 
     @classmethod
@@ -111,17 +159,21 @@ class Extract(_AnyPath):
         project: str = "",
         unread: tuple[Unread, ...] = (),
         dialect: str = "",
+        diagrams: tuple[tuple[str, Any], ...] = (),
     ) -> Extract:
         """Return the extract of a file; without lines, a path that only carries the dialect."""
         made = cls(str(file))
-        made.lines, made.title, made.dialect = lines, title, dialect
-        made.project, made.unread = project, unread
+        made.lines, made.title, made.dialect = _told_apart(lines), title, dialect
+        made.project, made.unread, made.diagrams = project, unread, diagrams
         return made
 
     def place(self, line: int) -> tuple[str, int]:
         """Return the file and line to show for a line number in this source."""
         if self.project and line > ELSEWHERE:
-            return self.project, line - ELSEWHERE
+            there = line - ELSEWHERE
+            if isinstance(line, NetworkLine):
+                there = NetworkLine(there, line.pou, line.line)
+            return self.project, there
         return str(self), line
 
     def __eq__(self, other: object) -> bool:
@@ -147,7 +199,29 @@ class Extract(_AnyPath):
         if self.lines is None and not self.dialect:
             return Path, (str(self),)
         given = (str(self), self.lines, self.title, self.project, self.unread, self.dialect)
-        return Extract.make, given
+        return Extract.make, (*given, self.diagrams)
+
+
+def _told_apart(lines: tuple[Line, ...] | None) -> tuple[Line, ...] | None:
+    """Return the lines of a translation with columns that differ if the line in the file is equal.
+
+    Several statements of a network have the same line in the file. Without different columns, their
+    positions would be equal, and steps of the debugger, branches of the coverage and renamed
+    variables would be mixed up. The new columns are greater than `NO_COLUMN`, and are not shown.
+    """
+    if lines is None or not any(line.network for line in lines):
+        return lines
+    ends: dict[int, int] = {}
+    seen: set[int] = set()
+    made = []
+    for line in lines:
+        if not line.shift and (line.network or line.at in seen):
+            end = ends.setdefault(line.at, NO_COLUMN)
+            ends[line.at] = end + len(line.text) + 1
+            line = replace(line, shift=end)
+        seen.add(line.at)
+        made.append(line)
+    return tuple(made)
 
 
 def in_dialect(file: Path, dialect: str) -> Path:
@@ -156,7 +230,9 @@ def in_dialect(file: Path, dialect: str) -> Path:
         return file
     if not isinstance(file, Extract):
         return Extract.make(file, None, dialect=dialect)
-    return Extract.make(file, file.lines, file.title, file.project, file.unread, dialect)
+    return Extract.make(
+        file, file.lines, file.title, file.project, file.unread, dialect, file.diagrams
+    )
 
 
 def source_text(file: Path) -> str:
@@ -214,4 +290,8 @@ def origin(file: Path, line: int, column: int) -> tuple[int, int]:
     if not lines:
         return line, column
     found = lines[min(line, len(lines)) - 1]
-    return found.at, max(1, column + found.shift)
+    column = max(1, column + found.shift)
+    if found.network:
+        owner = found.owner or getattr(file, "title", "")
+        return NetworkLine(found.at, owner, found), column
+    return found.at, column

@@ -7,11 +7,12 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import chain
 from pathlib import Path
 
 from structured_text.language.source import Line
+from structured_text.projects.diagrams.networks.model import Diagram
 
 __all__ = [
     "LANGUAGES",
@@ -78,6 +79,7 @@ class Piece:
         body: The statements.
         end: The line with the last word, such as END_PROGRAM.
         parts: The methods, properties and actions of the POU.
+        diagram: The diagram that the body was translated from; None for other bodies.
     """
 
     name: str
@@ -85,6 +87,14 @@ class Piece:
     body: Lines | Foreign = ()
     end: Lines = ()
     parts: tuple[Piece, ...] = ()
+    diagram: Diagram | None = None
+
+    def diagrams(self) -> Iterator[tuple[str, Diagram]]:
+        """Yield the diagrams of the POU and its parts, with the names of their pieces."""
+        if self.diagram is not None:
+            yield self.name, self.diagram
+        for part in self.parts:
+            yield from part.diagrams()
 
     def foreign(self) -> Iterator[tuple[str, Foreign]]:
         """Yield the bodies that are not in Structured Text, with the names of their pieces."""
@@ -99,9 +109,16 @@ class Piece:
         Bodies in other languages are omitted.
         """
         body = () if isinstance(self.body, Foreign) else self.body
-        before = [part.lines() for part in self.parts if not part.is_action]
-        behind = [part.lines() for part in self.parts if part.is_action]
+        before = [part.owned() for part in self.parts if not part.is_action]
+        behind = [part.owned() for part in self.parts if part.is_action]
         return (*self.head, *chain(*before), *body, *chain(*behind), *self.end)
+
+    def owned(self) -> Lines:
+        """Return all lines of a part; the lines of a drawing name the part that they belong to."""
+        return tuple(
+            replace(line, owner=line.owner or self.name) if line.network else line
+            for line in self.lines()
+        )
 
     @property
     def is_action(self) -> bool:

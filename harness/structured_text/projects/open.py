@@ -142,7 +142,8 @@ def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
     If the user has replaced the body, all other lines still have their numbers in the project file.
     """
     whole = str(project) if unit.file != project else ""
-    return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread)
+    drawn = tuple(unit.piece.diagrams())
+    return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread, diagrams=drawn)
 
 
 # --- bodies in other languages ----------------------------------------------------------------

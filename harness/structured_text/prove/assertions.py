@@ -74,7 +74,8 @@ def with_assertions(files: Sequence[Path], folder: Path) -> Copies:
         if lines is not None:  # each line keeps its number in the project file
             changed = zip(lines, text.splitlines(), strict=True)
             texts = tuple(replace(old, text=new) for old, new in changed)
-            copy = Extract.make(copy, texts, unread=getattr(file, "unread", ()))
+            unread = getattr(file, "unread", ())
+            copy = Extract.make(copy, texts, getattr(file, "title", ""), unread=unread)
         copies.append(copy)
         found += [Assertion(str(copy), origin(file, line, 1)[0], said) for line, said in assertions]
     originals = {str(copy): str(file) for copy, file in zip(copies, files, strict=True)}

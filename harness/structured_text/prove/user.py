@@ -18,7 +18,7 @@ from typing import Any, Protocol
 
 import z3
 
-from structured_text.errors import InputError
+from structured_text.errors import InputError, located
 from structured_text.language.constructs import TRANSLATED, refuse
 from structured_text.language.load import load, too_deep
 from structured_text.language.project import Project
@@ -273,7 +273,7 @@ class _Work:
         result = Result("inner", f"nothing is written into an {reference}", status=PROVED)
         if not found:
             return result
-        places = [f"{self.copies.original(f)}:{line}: {name}" for f, line, name in found]
+        places = [f"{located(self.copies.original(f), line)}: {name}" for f, line, name in found]
         note = "written: " + "; ".join(places[:_SHOWN])
         return replace(result, status=REFUTED, at=places[0].rpartition(":")[0], note=note)
 
@@ -359,7 +359,7 @@ class _Work:
 
     def _named(self, key: Key) -> Result:
         kind, file, line = key
-        at = f"{self.copies.original(file)}:{line}" if file else ""
+        at = located(self.copies.original(file), line) if file else ""
         says = title(key, self.copies)
         if key in self._operations:
             says += f": {self._operations[key]}"

@@ -52,9 +52,9 @@ _POU = """\
         ("a.xml", "<project></project>", "a.xml: has no POU and no type"),
         (
             "a.xml",
-            f'{_HEAD}<project>\n<pou name="P" pouType="program"><body><FBD/></body></pou>'
+            f'{_HEAD}<project>\n<pou name="P" pouType="program"><body><CFC/></body></pou>'
             "</project>",
-            "a.xml:3: the body of P is in Function Block Diagram (FBD) and is not read; "
+            "a.xml:3: the body of P is in Continuous Function Chart (CFC) and is not read; "
             "write it in Structured Text: --replace P=file.st",
         ),
         (

@@ -63,8 +63,9 @@ def test_codesys_declarations_as_plain_text_methods_lists_and_tasks(
     """
     code, texts = _imported(_DATA / "codesys.xml", tmp_path)
     assert code == 1
-    assert f"{_DATA}/codesys.xml:122: the body of FB_Lamp is in Ladder Diagram (LD)" in (
-        capsys.readouterr().out
+    assert (
+        f"{_DATA}/codesys.xml:122: the body of FB_Lamp is in Continuous Function Chart (CFC)"
+        in (capsys.readouterr().out)
     )
     assert (
         texts["FB_Step"]
@@ -110,7 +111,7 @@ CONFIGURATION Tasks
 END_CONFIGURATION
 """
     )
-    assert "(* The body is in Ladder Diagram (LD) and is not read" in texts["FB_Lamp"]
+    assert "(* The body is in Continuous Function Chart (CFC) and is not read" in texts["FB_Lamp"]
 
 
 @pytest.mark.parametrize("named", ["twincat", "twincat/Cell.plcproj"])
@@ -161,7 +162,7 @@ def test_rockwell_converts_as_logix_does(tmp_path: Path) -> None:
     Source: Rockwell 1756-PM007, assignment and data types; 1756-PM010, parameters.
     """
     code, texts = _imported(_DATA / "cell.L5X", tmp_path)
-    assert code == 1  # a routine in ladder
+    assert code == 0
     assert (
         texts["MainProgram"]
         == """\
@@ -175,7 +176,8 @@ PROGRAM MainProgram
     Scaling : Scale;
   END_VAR
 METHOD Spare
-(* The body is in Ladder Diagram (RLL) and is not read: write it here in Structured Text. *)
+  (* Rung 0 *)
+  Word.3 := Item.Good;
 END_METHOD
   Scaling(Raw := Analog, Value => Item.Weight);
   Rounded := REAL_TO_DINT(Item.Weight);

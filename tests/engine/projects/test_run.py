@@ -15,8 +15,8 @@ from structured_text.projects.open import project_sources
 
 _DATA = Path(__file__).parent / "data"
 
-#: A project in which Main calls Lamp, whose body is in ladder. Spare is never called.
-_LADDER = """\
+#: A project in which Main calls Lamp, whose body is in CFC. Spare is never called.
+_PROJECT = """\
 <project xmlns="http://www.plcopen.org/xml/tc6_0200"><types><pous>
 <pou name="Main" pouType="program">
 <interface><localVars>
@@ -29,18 +29,18 @@ n := %s;</p></ST></body>
 <pou name="Lamp" pouType="functionBlock">
 <interface><inputVars><variable name="Lit"><type><BOOL/></type></variable></inputVars>
 <outputVars><variable name="Q"><type><BOOL/></type></variable></outputVars></interface>
-<body><LD/></body>
+<body><CFC/></body>
 </pou>
-<pou name="Spare" pouType="functionBlock"><body><FBD/></body></pou>
+<pou name="Spare" pouType="functionBlock"><body><IL/></body></pou>
 </pous></types></project>
 """
 
 
 @pytest.fixture
-def ladder(tmp_path: Path) -> Path:
-    """Write a project in which the block Lamp has a body in ladder, and return its file."""
+def cell(tmp_path: Path) -> Path:
+    """Write a project in which the block Lamp has a body in CFC, and return its file."""
     file = tmp_path / "cell.xml"
-    file.write_text(_LADDER % "n + 1", encoding="utf-8")
+    file.write_text(_PROJECT % "n + 1", encoding="utf-8")
     return file
 
 
@@ -57,19 +57,19 @@ def test_a_program_of_beremiz_runs_at_its_tasks_interval() -> None:
 
 
 def test_a_body_in_another_language_is_named(
-    ladder: Path, capsys: pytest.CaptureFixture[str]
+    cell: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A ladder body is reported, and a program that calls its block does not run.
+    """A body in CFC is reported, and a program that calls its block does not run.
 
     Source: docs/how-to/projects.md.
     """
-    said = f"{ladder}:13: the body of Lamp is in Ladder Diagram (LD) and is not read"
-    assert main(["check", str(ladder)]) == 0
+    said = f"{cell}:13: the body of Lamp is in Continuous Function Chart (CFC) and is not read"
+    assert main(["check", str(cell)]) == 0
     assert f"note: {said}\n" in capsys.readouterr().out
-    assert main(["run", str(ladder), "--no-robot", "--for", "100ms", "--engine", "builtin"]) == 2
+    assert main(["run", str(cell), "--no-robot", "--for", "100ms", "--engine", "builtin"]) == 2
     refused = f"rcx: {said}; write it in Structured Text: --replace Lamp=file.st\n"
     assert capsys.readouterr().err.removeprefix("compiling ...\n") == refused
-    assert main(["export", "st", "--program", str(ladder), "-o", str(ladder.parent / "out")]) == 2
+    assert main(["export", "st", "--program", str(cell), "-o", str(cell.parent / "out")]) == 2
     assert capsys.readouterr().err.startswith(f"rcx: {said}")
 
 
@@ -83,43 +83,42 @@ def test_a_body_in_another_language_is_named(
         "  END_VAR\n  Q := Lit;\nEND_FUNCTION_BLOCK\n",
     ],
 )
-def test_a_ladder_body_is_replaced_by_a_body_or_a_block_of_the_user(
-    ladder: Path, text: str, capsys: pytest.CaptureFixture[str]
+def test_a_cfc_body_is_replaced_by_a_body_or_a_block_of_the_user(
+    cell: Path, text: str, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """A ladder body is replaced by a body or a whole block of the user.
+    """A body in CFC is replaced by a body or a whole block of the user.
 
     An unused body is reported.
     """
-    own = ladder.with_name("lamp.st")
+    own = cell.with_name("lamp.st")
     own.write_text(text, encoding="utf-8")
-    program = build(source_files(ladder, None, {"lamp": own}).all, "builtin").program
+    program = build(source_files(cell, None, {"lamp": own}).all, "builtin").program
     program.scan(0)
     assert program.read("Main.One.Q") is True
-    assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 0
-    assert (
-        f"note: {ladder}:15: the body of Spare is in Function Block Diagram (FBD) and is not"
-        in (capsys.readouterr().out)
+    assert main(["check", str(cell), "--replace", f"Lamp={own}"]) == 0
+    assert f"note: {cell}:15: the body of Spare is in Instruction List (IL) and is not" in (
+        capsys.readouterr().out
     )
 
 
 def test_a_mistake_in_the_users_body_is_reported_in_the_users_file(
-    ladder: Path, capsys: pytest.CaptureFixture[str]
+    cell: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A mistake in the user's body is reported with the line of the user's file."""
-    own = ladder.with_name("lamp.st")
+    own = cell.with_name("lamp.st")
     own.write_text("Q := Lit;\nQ := Nothing;\n", encoding="utf-8")
-    assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
+    assert main(["check", str(cell), "--replace", f"Lamp={own}"]) == 2
     assert f"{own}:2:6: Nothing is not declared" in capsys.readouterr().err
 
 
 def test_a_mistake_in_a_project_is_reported_with_its_line(
-    ladder: Path, capsys: pytest.CaptureFixture[str]
+    cell: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     """A mistake in a project is reported with its line. Source: docs/how-to/projects.md."""
-    ladder.write_text(_LADDER % "m", encoding="utf-8")
+    cell.write_text(_PROJECT % "m", encoding="utf-8")
     own = _DATA / "lamp.st"
-    assert main(["check", str(ladder), "--replace", f"Lamp={own}"]) == 2
-    assert capsys.readouterr().err.startswith(f"error: {ladder}:8:6: m is not declared")
+    assert main(["check", str(cell), "--replace", f"Lamp={own}"]) == 2
+    assert capsys.readouterr().err.startswith(f"error: {cell}:8:6: m is not declared")
 
 
 @pytest.mark.parametrize(
@@ -134,12 +133,12 @@ def test_a_mistake_in_a_project_is_reported_with_its_line(
 def test_a_replacement_without_a_matching_body_is_refused(
     given: list[str],
     message: str,
-    ladder: Path,
+    cell: Path,
     monkeypatch: pytest.MonkeyPatch,
     capsys: pytest.CaptureFixture[str],
 ) -> None:
     """A --replace that matches no body is rejected. Source: rcx check --help."""
-    monkeypatch.chdir(ladder.parent)
+    monkeypatch.chdir(cell.parent)
     Path("lamp.st").write_text("Q := Lit;", encoding="utf-8")
     options = [part for one in given for part in ("--replace", one)]
     assert main(["check", "cell.xml", *options]) == 2
@@ -187,7 +186,7 @@ def test_check_writes_interfaces_of_missing_blocks_once(
 
     Source: rcx check --help, --stubs.
     """
-    text = _LADDER % "n + 1"
+    text = _PROJECT % "n + 1"
     file, stubs = tmp_path / "cell.xml", tmp_path / "stubs"
     file.write_text(text.replace('<derived name="Lamp"/>', '<derived name="FB_Gate"/>'), "utf-8")
     assert main(["check", str(file)]) == 2

@@ -105,12 +105,6 @@ def test_a_chart_is_executed(opened: _Open, company: str, last: int) -> None:
     ("old", "new", "reason"),
     [
         ("<jumpStep", '<macroStep localId="77" name="M"/><jumpStep', "the macro step M"),
-        (
-            _when("Go"),
-            '<condition><connectionPointIn><connection refLocalId="1"/></connectionPointIn>'
-            "</condition>",
-            "the condition of the transition Start -> (L, R) is a network",
-        ),
         (_when("Go"), "", "the condition of the transition Start -> (L, R) is empty"),
         ('qualifier="N"', 'qualifier="SD"', "an action with SD in the step L has no time"),
         ('targetName="Start"', 'targetName="Stat"', "there is no step Stat"),
@@ -119,11 +113,11 @@ def test_a_chart_is_executed(opened: _Open, company: str, last: int) -> None:
             '<step localId="4" name="L"><addData><data name="x"><EntryAction/></data></addData>',
             "the step L has an entry, exit or main action of the tool",
         ),
-        ("<ST><xhtml:p>N := N + 1;</xhtml:p></ST>", "<LD/>", "the action Work is in Ladder"),
+        ("<ST><xhtml:p>N := N + 1;</xhtml:p></ST>", "<IL/>", "the action Work is in Instruction"),
         (
             "<ST><xhtml:p>NOT Go</xhtml:p></ST>",
-            "<LD/>",
-            "the condition of the transition (L, R) -> Start is in LD",
+            "<IL/>",
+            "the condition of the transition (L, R) -> Start is in IL",
         ),
     ],
 )
@@ -138,3 +132,15 @@ def test_a_chart_that_is_not_read_is_named_with_its_reason(
     notes = project_sources([file], {}).notes
     assert "the body of Main is not read: " in notes[0]
     assert reason in notes[0]
+
+
+def test_each_line_names_its_part_of_the_chart(opened: _Open) -> None:
+    """Coverage and debugger name steps by name, transitions by number, and actions by name."""
+    main = next(file for file in opened(_CHART) if getattr(file, "title", "") == "Main")
+    found = {line.text.strip(): line.network for line in getattr(main, "lines", ())}
+    assert found["N := N + 1;"] == "action Work"
+    assert {network for network in found.values() if network} >= {
+        *("transition 1", "transition 2", "transition 3"),
+        *("action Work", "action Lamp", "step R"),
+    }
+    assert found["PROGRAM Main"] == ""

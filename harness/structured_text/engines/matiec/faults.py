@@ -16,7 +16,7 @@ from pathlib import Path
 from structured_text.engines.matiec.build import Matiec
 from structured_text.engines.matiec.detectors import DETECTORS
 from structured_text.engines.matiec.hits import Sources
-from structured_text.errors import COMMAND, InputError
+from structured_text.errors import COMMAND, InputError, place_text
 from structured_text.language.dialects import rules_of
 from structured_text.language.library import names_of
 from structured_text.language.project import Project
@@ -89,9 +89,7 @@ class Place:
 
     def __str__(self) -> str:
         """Return the place and its text as compilers print it."""
-        # The place may be in an extract of a project file, see `language.source`.
-        file = getattr(self.at.line, "file", self.file)
-        return f"{file}:{self.at.line}:{self.at.column}: {self.text}"
+        return f"{place_text(self.file, self.at.line, self.at.column)}: {self.text}"
 
 
 @cache

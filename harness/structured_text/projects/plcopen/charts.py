@@ -133,6 +133,8 @@ class _Reader:
         for one in self._inputs(element):
             if one.name in _PASSED and id(one) not in seen:
                 yield from self._above(one, (*seen, id(one)))
+            elif one.name == "jumpStep" and seen:
+                continue  # CODESYS connects a branch that ends with a jump to the convergence, too
             elif one.name not in _PASSED:
                 yield one
 

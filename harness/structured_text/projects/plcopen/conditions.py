@@ -29,6 +29,9 @@ from structured_text.projects.xml import Element as Xml
 
 __all__ = ["Diagrams"]
 
+_OPENS = re.compile(r"\b(?:IF|WHILE)\b", re.IGNORECASE)
+_CLOSES = re.compile(r"\b(?:END_IF|END_WHILE)\b", re.IGNORECASE)
+
 
 class Diagrams:
     """The diagrams of a chart, and their translations.
@@ -117,13 +120,27 @@ class Diagrams:
             _check_memory(diagram)
             self.before += lines
             return
-        own = re.compile(rf"\s*({'|'.join(variables)})\s*:=")
-        plain = without_comments("\n".join(line.text for line in lines)).split("\n")
-        for line, text in zip(lines, plain, strict=True):
-            if own.match(text):
-                self.before.append(line)
-            elif text.strip():
-                self.blocks.append(line)
+        own = re.compile(rf"\b({'|'.join(variables)})\s*:=")
+        for statement in _statements(lines):
+            is_condition = own.search("\n".join(line.text for line in statement))
+            (self.before if is_condition else self.blocks).extend(statement)
+
+
+def _statements(lines: Lines) -> Iterator[Lines]:
+    """Yield the lines of each statement, without comments between statements."""
+    plain = without_comments("\n".join(line.text for line in lines)).split("\n")
+    found: list[Line] = []
+    depth = 0
+    for line, text in zip(lines, plain, strict=True):
+        if not found and not text.strip():
+            continue
+        found.append(line)
+        depth += len(_OPENS.findall(text)) - len(_CLOSES.findall(text))
+        if depth == 0 and text.rstrip().endswith(";"):
+            yield tuple(found)
+            found = []
+    if found:
+        yield tuple(found)
 
 
 def _needed(end: Element, known: dict[str, Element]) -> Iterator[Element]:

@@ -90,11 +90,13 @@ class _Translation:
         parts = tuple(self._part(part) for part in self._piece.parts)
         self._piece = replace(self._piece, parts=parts)
         body = self._piece.body
+        diagram = body.diagram if isinstance(body, Drawn) else None
         if isinstance(body, Drawn):
             body = self._body(body, self._piece.head, self._unit.kind == "FUNCTION", self._sections)
         elif isinstance(body, Charted):
             body = self._chart(body)
-        return replace(self._piece, head=(*self._piece.head, *self._sections), body=body)
+        head = (*self._piece.head, *self._sections)
+        return replace(self._piece, head=head, body=body, diagram=diagram)
 
     def _part(self, part: Piece) -> Piece:
         """Return a method, property or action; the variables of an action are in its POU."""
@@ -105,7 +107,8 @@ class _Translation:
         sections = self._sections if part.is_action else own
         head = self._piece.head if part.is_action else (*self._piece.head, *part.head)
         body = self._body(part.body, head, not part.is_action, sections)
-        return replace(part, head=(*part.head, *own), body=body, parts=parts)
+        head = (*part.head, *own)
+        return replace(part, head=head, body=body, parts=parts, diagram=part.body.diagram)
 
     def _body(
         self, body: Drawn, head: Lines, forgets: bool, sections: list[Line]

@@ -18,7 +18,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from typing import TypeVar
 
-from structured_text.projects.diagrams.networks.check import DiagramError
+from structured_text.projects.diagrams.networks.check import DiagramError, wrong
 from structured_text.projects.diagrams.networks.model import (
     EDGES,
     STORAGES,
@@ -107,10 +107,10 @@ class _Reader:
         if language not in DRAWN:
             ladder = any(isinstance(one, Rail | Contact | Coil) for one in elements)
             language = "LD" if ladder else "FBD"
-        known = {one.id: one for one in elements}
-        elements = [self._resolved(one, known) for one in elements]
         placed = any(one.position != Position() for one in elements) and not self._unplaced
         networks, made = numbered(elements, notes, placed=placed)
+        known = {one.id: one for one in made}
+        made = [self._resolved(one, known) for one in made]
         if self._unplaced:
             made = with_power(with_bypasses(made, self._branches))
         return Diagram(language, networks, tuple(made), by_position=placed)
@@ -159,7 +159,12 @@ class _Reader:
     def _element(self, one: Xml) -> Element:
         order = one.get("executionOrderId")
         number = int(order) if order.isdigit() else 0
-        return replace(self._made(one), order=number, position=_position(one), at=one.at)
+        try:
+            made = self._made(one)
+        except DiagramError as error:  # the number of the network is not known yet
+            text = f"element {one.get('localId')}: {error.message}"
+            raise DiagramError(text, error.at, error.hint) from None
+        return replace(made, order=number, position=_position(one), at=one.at)
 
     def _made(self, one: Xml) -> Element:
         name = one.get("localId")
@@ -315,11 +320,11 @@ class _Reader:
             if not self._unplaced:
                 return None  # Beremiz itself takes such an input as not connected
             text = f"the input {where} is connected to element {line.source}, which does not exist"
-            raise DiagramError(text, element.at, "connect it again")
+            raise wrong(element, text, "connect it again")
         if isinstance(source, InVariable) and source.expression in ("", _UNSET):
             if source.expression:
                 text = f"the input {where} has no value"
-                raise DiagramError(text, source.at, "write a value at it")
+                raise wrong(source, text, "write a value at it")
             return None  # CODESYS writes an empty variable for an input that is left out
         if not isinstance(source, Block):
             return Connection(source.id)
@@ -333,7 +338,7 @@ class _Reader:
         if len(values) == 1:
             return Connection(source.id, values[0])
         text = f"the input {where} is connected to {source.type}, which has no output {line.pin}"
-        raise DiagramError(text, element.at, "connect it again")
+        raise wrong(element, text, "connect it again")
 
 
 def _what(element: Element) -> str:

@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Sequence
 
 from structured_text.language.source import Line
+from structured_text.projects.rockwell.copies import Place, copied
 from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
 from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
-    ExpressionReader,
     Routine,
     Token,
     bare,
     tokens_of,
 )
+from structured_text.projects.rockwell.subroutines import SubroutineReader
 
 __all__ = ["translated"]
 
@@ -31,7 +31,7 @@ def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
     return tuple(made.block("  ", whole=True))
 
 
-class _Statements(ExpressionReader):
+class _Statements(SubroutineReader):
     # --- statements -----------------------------------------------------------------------
 
     def block(self, indent: str, *, whole: bool = False) -> list[Line]:
@@ -188,7 +188,11 @@ class _Statements(ExpressionReader):
         self._expect("(")
         types = self._routine.types
         if name == "JSR":
-            yield self._jsr(token)
+            yield self.jump(token)
+        elif name == "SBR":
+            yield from self.received(token)
+        elif name == "RET":
+            yield from self.left(token)
         elif name in types.protected:
             raise self._error(
                 f"the source of {token.text} is protected and not in the file",
@@ -218,18 +222,6 @@ class _Statements(ExpressionReader):
         else:
             raise self._error(f"the instruction {token.text} is not supported", token)
 
-    def _jsr(self, token: Token) -> str:
-        name = self._next()
-        routine = self._routine.routines.get(name.word)
-        if routine is None:
-            raise self._error(f"there is no routine {name.text} in Structured Text", token)
-        if self._take(","):
-            count = self._next()
-            if count.text != "0" or self._peek().text != ")":
-                raise self._error("parameters of JSR are not supported", token, "use tags")
-        self._expect(")")
-        return f"{routine}();"
-
     def _instruction(self, token: Token) -> str:
         """Translate `Block(Instance, a, b)`; the arguments are the required parameters."""
         instance, data = self._variable()
@@ -237,8 +229,9 @@ class _Statements(ExpressionReader):
             raise self._error(f"{instance} is not a {token.text}", token)
         types = self._routine.types
         members = types.members[token.word]
-        arguments = []
-        for name, usage in types.instructions[token.word].parameters:
+        block = types.instructions[token.word]
+        arguments = ["EnableIn := TRUE"] if block.false_routine else []
+        for name, usage in block.parameters:
             if not self._take(","):
                 raise self._error(f"{token.text} has no argument for {name}", token)
             kind = members[name.upper()]
@@ -259,28 +252,14 @@ class _Statements(ExpressionReader):
         source, target = self._place_of(), self._place_of()
         length = self._whole(self._value())
         self._expect(")")
-        (text, data, first), (other, kind, start) = source, target
-        if data.type != kind.type:
-            raise self._error(
-                f"{token.text} between {data.type} and {kind.type} is not supported",
-                token,
-                "convert element by element",
-            )
-        if (
-            data.sizes == kind.sizes
-            and first == start == "0"
-            and length == str(math.prod(data.sizes))
-        ) or (not data.sizes and not kind.sizes and length == "1"):
-            yield f"{other} := {text};"
-        elif len(data.sizes) == len(kind.sizes) == 1:
+        try:
+            lines, counts = copied(Place(*source), Place(*target), length)
+        except ValueError as error:
+            hint = "convert element by element"
+            raise self._error(f"{token.text} {error}", token, hint) from None
+        if counts:
             self._routine.needs.add(COUNTER)
-            yield f"FOR {COUNTER} := 0 TO {length} - 1 DO"
-            yield f"  {other}[{_sum(start)}] := {text}[{_sum(first)}];"
-            yield "END_FOR;"
-        elif length == "1":
-            yield f"{_element(other, kind, start)} := {_element(text, data, first)};"
-        else:
-            raise self._error(f"this {token.text} is not supported", token)
+        yield from lines
 
     def _size_of(self, token: Token) -> str:
         """Translate SIZE(Source, Dimension, Dest)."""

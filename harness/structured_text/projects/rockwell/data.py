@@ -10,7 +10,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 
-__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "Instruction", "Types"]
+__all__ = ["INTEGERS", "NUMBERS", "STORED", "Data", "First", "Instruction", "Subroutine", "Types"]
 
 #: Integer types by rank. The result of an operation has the type of higher rank, at least DINT.
 INTEGERS = ("SINT", "USINT", "INT", "UINT", "DINT", "UDINT", "LINT", "ULINT")
@@ -37,9 +37,37 @@ class Data:
 
 @dataclass(frozen=True)
 class Instruction:
-    """An Add-On Instruction: its parameters, in the order of a call, and the usage of each."""
+    """An Add-On Instruction.
+
+    Attributes:
+        parameters: Its required parameters, in the order of a call, and the usage of each.
+        false_routine: Whether it executes its routine EnableInFalse if EnableIn is FALSE.
+        enable_out: Whether its logic mentions EnableOut.
+    """
 
     parameters: tuple[tuple[str, str], ...]
+    false_routine: bool = False
+    enable_out: bool = False
+
+
+@dataclass(frozen=True)
+class First:
+    """A part of the prescan: the statements of an instruction, or a routine that JSR calls.
+
+    `routine` is its name in upper case.
+    """
+
+    lines: tuple[str, ...] = ()
+    routine: str = ""
+
+
+@dataclass(frozen=True)
+class Subroutine:
+    """The parameters of a routine that JSR calls: the types of SBR's tags and of RET's values."""
+
+    name: str
+    inputs: tuple[Data, ...] = ()
+    returns: tuple[Data, ...] = ()
 
 
 @dataclass
@@ -52,6 +80,7 @@ class Types:
         instructions: Add-On Instructions that are read.
         protected: Add-On Instructions with protected source, which the file does not contain.
         arrays: Named types for arrays, collected by `written`.
+        read_members: The names of all members that the routines mention, such as ACC.
     """
 
     members: dict[str, Mapping[str, Data]] = field(default_factory=dict)
@@ -59,6 +88,7 @@ class Types:
     instructions: dict[str, Instruction] = field(default_factory=dict)
     protected: set[str] = field(default_factory=set)
     arrays: dict[str, Data] = field(default_factory=dict)
+    read_members: set[str] = field(default_factory=set)
 
     def is_string(self, data: Data) -> bool:
         """Return whether the type is a single STRING."""

@@ -15,7 +15,15 @@ from pathlib import Path
 from structured_text.errors import VARIABLES, InputError
 from structured_text.language.lexer import KEYWORDS
 from structured_text.language.source import Line
-from structured_text.projects.rockwell.data import INTEGERS, NUMBERS, STORED, Data, Types
+from structured_text.projects.rockwell.data import (
+    INTEGERS,
+    NUMBERS,
+    STORED,
+    Data,
+    First,
+    Subroutine,
+    Types,
+)
 
 __all__ = [
     "COUNTER",
@@ -83,6 +91,10 @@ class Routine:
         aliases: Alias tags, each with its target.
         routines: Routines that JSR can call, in upper case, with their names.
         needs: Additional declarations: COUNTER, FIRST_SCAN, and the names of helper blocks.
+        subroutines: The parameters of the routines that JSR can call.
+        own: The parameters of the routine itself.
+        added: Variables that the translation adds to the program or instruction, with their types.
+        first: The prescan of each ladder routine, by the routine's name in upper case.
     """
 
     file: Path
@@ -91,6 +103,10 @@ class Routine:
     aliases: Mapping[str, str]
     routines: Mapping[str, str]
     needs: set[str] = field(default_factory=set)
+    subroutines: Mapping[str, Subroutine] = field(default_factory=dict)
+    own: Subroutine | None = None
+    added: dict[str, str] = field(default_factory=dict)
+    first: dict[str, Sequence[First]] = field(default_factory=dict)
 
 
 def plain_tag(name: str) -> str:
@@ -112,6 +128,8 @@ class ExpressionReader:
         self._end = Token("end", "", last)
         self._place = 0
         self._routine = routine
+        #: The indices that are not numbers, each with the size of its dimension.
+        self.ranges: list[tuple[str, int]] = []
 
     # --- tokens ---------------------------------------------------------------------------
 
@@ -231,7 +249,7 @@ class ExpressionReader:
             return _number(self._next().text, token, self._routine.file)
         if token.kind == "text":
             return self._next().text, "STRING"
-        if token.kind != "name" or token.word in KEYWORDS:
+        if token.kind != "name" or self._is_keyword(token):
             if token.word in ("TRUE", "FALSE"):
                 return self._next().word, "BOOL"
             found = repr(token.text) if token.text else "the end"
@@ -280,7 +298,7 @@ class ExpressionReader:
         If `element` is False, the last index is not read.
         """
         token = self._next()
-        if token.kind != "name" or token.word in KEYWORDS:
+        if token.kind != "name" or self._is_keyword(token):
             raise self._error(f"a tag is needed here, not {token.text!r}", token)
         routine = self._routine
         if token.word == "S:FS":
@@ -296,8 +314,8 @@ class ExpressionReader:
                 raise self._error(
                     f"there is no tag {token.text} in this file",
                     token,
-                    "export it with the controller's tags; inputs and outputs of modules are "
-                    "not read"
+                    "export the whole controller with decorated data, which describe the tags of "
+                    "modules"
                     if ":" in token.text
                     else "",
                 )
@@ -315,6 +333,12 @@ class ExpressionReader:
                 if written and text.startswith("LEN("):
                     raise self._error("the length of a text cannot be set", token)
         return text, data
+
+    def _is_keyword(self, token: Token) -> bool:
+        """Return whether a name is a word of the standard, and no tag has this name."""
+        routine = self._routine
+        known = token.word in routine.tags or token.word in routine.aliases
+        return token.word in KEYWORDS and not known
 
     def _ends_with_index(self) -> bool:
         """Return whether nothing follows the next index of a tag."""
@@ -334,6 +358,8 @@ class ExpressionReader:
         self._expect("]")
         if len(indices) != len(data.sizes):
             raise self._error(f"{text} has {len(data.sizes)} dimensions", token)
+        pairs = zip(indices, data.sizes, strict=True)
+        self.ranges += [(index, size) for index, size in pairs if not index.isdigit()]
         return f"{text}[{', '.join(indices)}]", data.element
 
     def _member(self, text: str, data: Data, token: Token) -> tuple[str, Data]:

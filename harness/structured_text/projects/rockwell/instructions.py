@@ -1,10 +1,11 @@
-"""Blocks and structures for the tags of TONR, OSRI, OSFI and of ladder instructions."""
+"""Blocks, functions and structures for the tags of TONR, OSRI, OSFI and of ladder instructions."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 
 from structured_text.projects.rockwell.data import Data
+from structured_text.projects.rockwell.ladder.functions import FUNCTIONS
 
 __all__ = ["BLOCKS", "HELPERS", "HELPER_MEMBERS"]
 
@@ -91,8 +92,7 @@ FUNCTION_BLOCK FBD_ONESHOT
   END_IF;
   Before := InputBit;
 END_FUNCTION_BLOCK"""
-#: Structures for the tags of ladder instructions. They only hold data, because ladder is not
-#: executed.
+#: Structures for the tags of ladder instructions.
 _LADDER = {
     "TIMER": {"BOOL": ("EN", "TT", "DN"), "DINT": ("PRE", "ACC")},
     "COUNTER": {"BOOL": ("CU", "CD", "DN", "OV", "UN"), "DINT": ("PRE", "ACC")},
@@ -101,15 +101,19 @@ _LADDER = {
         "DINT": ("LEN", "POS"),
     },
 }
+#: Members that a structure has in addition, and that no statement of the project can use.
+_HIDDEN = {"TIMER": "    Clock : TON;\n    Rest : TIME;\n"}
 #: Names of the helper types that are function blocks.
 BLOCKS = ("FBD_TIMER", "FBD_ONESHOT")
 #: The Structured Text of the helper types, by name.
 HELPERS = {
     "FBD_TIMER": _TIMER,
     "FBD_ONESHOT": _ONESHOT,
+    **FUNCTIONS,
     **{
         name: f"TYPE {name} : STRUCT\n"
         + "".join(f"    {', '.join(names)} : {kind};\n" for kind, names in members.items())
+        + _HIDDEN.get(name, "")
         + "  END_STRUCT;\nEND_TYPE"
         for name, members in _LADDER.items()
     },

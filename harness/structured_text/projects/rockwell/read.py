@@ -7,9 +7,8 @@ other parts of the project need it (see `open`).
 
 from __future__ import annotations
 
-import math
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -17,26 +16,43 @@ from pathlib import Path
 from structured_text.errors import VARIABLES, InputError
 from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
-from structured_text.projects.model import Foreign, Lines, Piece, Project, Unit, in_comment, made
+from structured_text.projects.model import (
+    Foreign,
+    Lines,
+    Piece,
+    Project,
+    Unit,
+    in_comment,
+    made,
+    without_comments,
+)
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
+from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
+from structured_text.projects.rockwell.decorated import type_name, undeclared, used_types
 from structured_text.projects.rockwell.expression_reader import (
     COUNTER,
     FIRST_SCAN,
     Routine,
     plain_tag,
+    tokens_of,
 )
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
+from structured_text.projects.rockwell.ladder.call import Body
+from structured_text.projects.rockwell.ladder.model import LadderError
+from structured_text.projects.rockwell.ladder.rungs import read_rungs
+from structured_text.projects.rockwell.ladder.translate import translated_rungs
+from structured_text.projects.rockwell.modules import module_tags
+from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
+from structured_text.projects.rockwell.values import ENABLE, Values
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
 __all__ = ["read_l5x"]
 
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
-_ENABLE = ("ENABLEIN", "ENABLEOUT")
-_PRESCANNED = f"{VARIABLES}Prescanned"
-_JUMPS = re.compile(r"(?:NOP\(\)|JSR\((?P<name>\w+),0\))", re.IGNORECASE)
+_PRESCANNED, _SCANNED = f"{VARIABLES}Prescanned", f"{VARIABLES}Scanned"
 
 #: Areas of a module's tags that are set to 0 when the connection to the module is opened.
 _IMAGES = frozenset(("INPUTAREA", "OUTPUTAREA"))
@@ -45,11 +61,9 @@ _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 #: Matches the target of an alias: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
+_MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
 #: Largest number of elements in a dimension.
 _LARGEST = (1 << 31) - 1
-_INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
-_REAL = re.compile(r"[-+]?[0-9]{1,400}(?:\.[0-9]{0,400})?(?:[eE][-+]?[0-9]{1,3})?")
-_REAL_MOST = 3.4028235e38
 
 
 def read_l5x(root: Element, file: Path) -> Project:
@@ -69,14 +83,21 @@ class _Reader:
         self._aois = list(root.below("AddOnInstructionDefinition"))
         self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
+        self._values = Values(self._types, self._parameters, self._data, self._note)
+        self._needs: set[str] = set()
+        self._first: list[str] = []
         for kind in self._kinds:
             self._know_type(kind)
         for aoi in self._aois:
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
+        self._types.read_members.update(_MEMBER.findall(_code_of(root)))
         controller = next(root.below("Controller"), root)
-        self._tags, self._aliases = self._told_apart(controller, {})
+        self._modules = module_tags(root)
+        self._made = self._not_declared()
+        self._tags, self._aliases = self._told_apart(controller, self._modules.aliases)
+        self._tags += self._modules.tags
         self._global = {_key(one): self._data(one) for one in self._tags}
 
     def _error(self, message: str, element: Element, hint: str = "") -> InputError:
@@ -95,6 +116,22 @@ class _Reader:
         else:
             self._types.members[_key(kind)] = {_key(one): self._data(one) for one in members}
 
+    def _not_declared(self) -> list[Element]:
+        """Return the types that the file uses without a declaration, and know them.
+
+        They are described by values, or they are predefined.
+        """
+        guessed = self._modules.guessed
+        for tag in guessed:
+            text = f"the type of {tag.get('Name')} is made from its uses, because the file has no"
+            self._note(f"{text} data of this module", tag)
+        types = self._types
+        known = {*types.members, *types.strings, *types.protected, "BOOL", "BIT", *NUMBERS}
+        found = undeclared(Element("", {}, 1, [self._root, *guessed]), known)
+        for kind in found:
+            self._know_type(kind)
+        return found
+
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
         local = {_key(one): one for one in aoi.all("LocalTags", "LocalTag")}
@@ -109,12 +146,14 @@ class _Reader:
             tuple(
                 (plain_tag(one.get("Name")), one.get("Usage"))
                 for one in parameters
-                if one.get("Required") == "true" and _key(one) not in _ENABLE
-            )
+                if one.get("Required") == "true" and _key(one) not in ENABLE
+            ),
+            aoi.get("ExecuteEnableInFalse") == "true",
+            "ENABLEOUT" in _code_of(aoi),
         )
 
     def _data(self, element: Element) -> Data:
-        kind = element.get("DataType")
+        kind = type_name(element.get("DataType"))
         given = element.get("Dimensions") or element.get("Dimension")
         what = f"a dimension of {element.get('Name')}"
         numbers = [
@@ -167,14 +206,18 @@ class _Reader:
     # --- units ----------------------------------------------------------------------------
 
     def project(self) -> Project:
-        units = [self._structure(kind) for kind in self._kinds]
+        tags = self._root.below("Tag", "LocalTag", "Parameter", "Member")
+        typed = [type_name(one.get("DataType")) for one in (*tags, *self._modules.tags)]
+        used = used_types(typed, self._types.members)
+        kinds = [*self._kinds, *(one for one in self._made if _key(one) in used)]
+        units = [self._structure(kind) for kind in kinds]
         units += [self._instruction(aoi) for aoi in self._aois]
         units += list(self._globals())
         programs = list(self._root.below("Program"))
-        units += [self._program(one) for one in programs]
-        used = {data.type.upper() for one in self._types.members.values() for data in one.values()}
-        used |= {data.type.upper() for data in self._global.values()}
-        used |= {_key_of(one, "DataType") for one in self._root.below("LocalTag", "Tag")}
+        read = [self._program(one) for one in programs]
+        units += [self._prescanned(unit, lines) for unit, lines in read]
+        units += self._shared_prescan()
+        used |= self._needs
         for name, text in HELPERS.items():
             if name in used:
                 lines = made(1, *text.splitlines())
@@ -221,7 +264,7 @@ class _Reader:
         kept: list[Element] = []
         anew: list[Element] = []
         for one in tags:
-            kind = _key_of(one, "DataType")
+            kind = type_name(one.get("DataType")).upper()
             inside = kind in self._types.instructions or kind in BLOCKS
             (anew if inside or _key(one) in cleared else kept).append(one)
         retain = word if word == "VAR_IN_OUT" else f"{word} RETAIN"
@@ -229,11 +272,12 @@ class _Reader:
             if some:
                 yield from made(some[0].at, f"  {head}")
                 for one in some:
-                    yield from made(one.at, f"    {self._declared(one, self._initial(one))}")
+                    initial = "TRUE" if _key(one) == "ENABLEIN" else self._values.initial(one)
+                    yield from made(one.at, f"    {self._declared(one, initial)}")
                 yield from made(some[-1].end, "  END_VAR")
 
     def _globals(self) -> Iterator[Unit]:
-        section = self._section("VAR_GLOBAL", self._tags, _IMAGES)
+        section = self._section("VAR_GLOBAL", self._tags, _IMAGES | self._modules.images)
         lines = tuple(replace(line, text=line.text[2:]) for line in section)
         if lines:
             yield Unit("VAR_GLOBAL", Piece("Controller", lines), self._file)
@@ -245,31 +289,33 @@ class _Reader:
         routines = {_key(one): one for one in aoi.all("Routines", "Routine")}
         tags = {_key(one): self._data(one) for one in (*parameters, *local)}
         scope = Routine(self._file, self._types, tags, {}, {})
-        body: Lines | Foreign = self._body(routines["LOGIC"], scope) if "LOGIC" in routines else ()
+        body = self._logic(aoi, routines, scope)
         said, first = "", Lines()
         if not isinstance(body, Foreign):
             said = "\n".join(line.text for line in body).upper()
             begun = self._body(routines["PRESCAN"], scope) if "PRESCAN" in routines else ()
             first = () if isinstance(begun, Foreign) else begun
+        self._needs |= scope.needs
         cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
         lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
         for usage, word in _SECTIONS.items():
             own = (
                 one
                 for one in parameters
-                if one.get("Usage") == usage and (_key(one) not in _ENABLE or _key(one) in said)
+                if one.get("Usage") == usage and (_key(one) not in ENABLE or _key(one) in said)
             )
             lines += self._section(word, own, cleared)
         lines += self._section("VAR", local, cleared)
+        logic = [text for part in scope.first.get("LOGIC", ()) for text in part.lines]
+        first = (*made(aoi.at, *(f"    {text}" for text in logic)), *first)
         if first and not isinstance(body, Foreign):
             at = first[0].at
             lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
             begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
             end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
             body = (*begin, *first, *end, *body)
-        for extra in ("POSTSCAN", "ENABLEINFALSE"):
-            if extra in routines and routines[extra].all("STContent", "Line"):
-                self._note(f"the routine {routines[extra].get('Name')} of {name} is not read", aoi)
+        if aoi.get("ExecutePostscan") == "true" and _code_of(routines.get("POSTSCAN", aoi)):
+            self._note(f"the routine Postscan of {name} is not read", aoi)
         if FIRST_SCAN in scope.needs:
             body = Foreign("ST", aoi.at, "S:FS in an instruction is not supported")
         lines += self._extra(scope, aoi.at)
@@ -278,12 +324,63 @@ class _Reader:
         end = made(aoi.end, "END_FUNCTION_BLOCK")
         return Unit("FUNCTION_BLOCK", Piece(name, tuple(lines), body, end), self._file)
 
-    def _extra(self, scope: Routine, at: int) -> Lines:
-        if COUNTER in scope.needs:
-            return made(at, f"  VAR {COUNTER} : DINT; END_VAR")
-        return ()
+    def _logic(
+        self, aoi: Element, routines: Mapping[str, Element], scope: Routine
+    ) -> Lines | Foreign:
+        """Return the statements for both values of EnableIn."""
+        parameters = aoi.all("Parameters", "Parameter")
+        returns = not any(one.get("TagType") == "Alias" for one in parameters)
+        block = self._types.instructions[_key(aoi)]
+        found = []
+        for name in ("LOGIC", "ENABLEINFALSE"):
+            used = name in routines and (name == "LOGIC" or block.false_routine)
+            body = self._body(routines[name], scope, may_return=returns) if used else ()
+            if isinstance(body, Foreign):
+                if name == "LOGIC":
+                    return body
+                return Foreign(body.language, body.at, f"its routine EnableInFalse {body.says}")
+            found.append(body)
+        logic, other = found
+        if block.false_routine:
+            logic = _chosen("EnableIn", logic, other, aoi.at)
+        if block.enable_out:
+            value = "EnableIn" if block.false_routine else "TRUE"
+            logic = (*made(aoi.at, f"  EnableOut := {value};"), *logic)
+        return logic
 
-    def _program(self, program: Element) -> Unit:
+    def _extra(self, scope: Routine, at: int) -> Lines:
+        counter = {COUNTER: "DINT"} if COUNTER in scope.needs else {}
+        return made(at, *_declarations({**counter, **scope.added}))
+
+    def _shared_prescan(self) -> list[Unit]:
+        """Return the prescan of the tags of the controller; nothing if no ladder writes them."""
+        if not self._first:
+            return []
+        state = made(1, "VAR_GLOBAL", f"  {prescan.VARIABLE} : BOOL;", "END_VAR")
+        lines = prescan.function(self._first, 1)
+        return [
+            Unit("VAR_GLOBAL", Piece(f"{prescan.FUNCTION}_STATE", state), self._file),
+            Unit("FUNCTION", Piece(prescan.FUNCTION, lines), self._file),
+        ]
+
+    def _prescanned(self, unit: Unit, lines: Sequence[str]) -> Unit:
+        """Return a program that begins with the prescan, `lines` for its own tags."""
+        piece, shared = unit.piece, bool(self._first)
+        if isinstance(piece.body, Foreign) or not (lines or shared):
+            return unit
+        at = piece.head[0].at
+        part = prescan.of_program(piece.name, lines, at, shared=shared)
+        declared = made(at, f"  VAR {prescan.DONE} : BOOL; END_VAR")
+        piece = replace(
+            piece,
+            head=(*piece.head, *declared),
+            body=(*made(at, f"  {prescan.METHOD}();"), *piece.body),
+            parts=(part, *piece.parts),
+        )
+        return replace(unit, piece=piece)
+
+    def _program(self, program: Element) -> tuple[Unit, list[str]]:
+        """Return a program, and the prescan of its own tags."""
         name = plain_tag(program.get("Name"))
         own, aliases = self._told_apart(program, self._aliases)
         tags = {**self._global, **{_key(one): self._data(one) for one in own}}
@@ -291,61 +388,83 @@ class _Reader:
         main = routines.pop(_key_of(program, "MainRoutineName"), None)
         names = {key: plain_tag(one.get("Name")) for key, one in routines.items()}
         scope = Routine(self._file, self._types, tags, aliases, names)
-        body: Lines | Foreign = self._body(main, scope) if main is not None else ()
-        parts = tuple(
-            Piece(
-                f"{name}.{names[key]}",
-                made(one.at, f"METHOD {names[key]}"),
-                self._body(one, scope),
-                made(one.end, "END_METHOD"),
-            )
+        called = {
+            key: subroutine_of(names[key], tokens_of(_statements(one)), scope)
             for key, one in routines.items()
-        )
+        }
+        scope = replace(scope, subroutines=called)
+        body: Lines | Foreign = self._body(main, scope) if main is not None else ()
+        parts = tuple(self._part(name, names[key], one, scope) for key, one in routines.items())
         lines = [*made(program.at, f"PROGRAM {name}")]
         lines += self._section("VAR", own, _IMAGES)
         lines += self._extra(scope, program.at)
         if FIRST_SCAN in scope.needs:
             lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
-            if not isinstance(body, Foreign):
+            if not isinstance(body, Foreign) and _returns(body):
+                lines += made(program.at, f"  VAR {_SCANNED} : BOOL; END_VAR")
+                begin = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
+                body = (*made(program.at, *begin), *body)
+            elif not isinstance(body, Foreign):
                 body = (*body, *made(program.end, f"  {FIRST_SCAN} := FALSE;"))
         end = made(program.end, "END_PROGRAM")
-        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file)
+        self._needs |= scope.needs
+        parts_first = prescan.in_order(_key_of(program, "MainRoutineName"), scope.first)
+        shared, mine = prescan.by_scope(parts_first, {plain_tag(_key(one)) for one in own})
+        self._first += shared
+        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file), mine
 
-    def _body(self, routine: Element, scope: Routine) -> Lines | Foreign:
-        """Return the statements of a routine; ladder is read if it only jumps to other routines."""
+    def _part(self, program: str, name: str, routine: Element, scope: Routine) -> Piece:
+        """Return a routine that JSR calls."""
+        variables: dict[str, str] = {}
+        own = scope.subroutines[_key(routine)]
+        body = self._body(routine, replace(scope, own=own), variables)
+        parameters = declared_parameters(own, self._types, routine.at)
+        head = made(routine.at, f"METHOD {name}", *_declarations(variables))
+        head = (head[0], *parameters, *head[1:])
+        return Piece(f"{program}.{name}", head, body, made(routine.end, "END_METHOD"))
+
+    def _body(
+        self,
+        routine: Element,
+        scope: Routine,
+        variables: dict[str, str] | None = None,
+        *,
+        may_return: bool = True,
+    ) -> Lines | Foreign:
+        """Return the statements of a routine.
+
+        Variables that only this routine needs are added to `variables`, with their types. Without
+        this argument, they are added to the program or instruction. If `may_return` is false,
+        further statements follow the routine, and a rung does not leave it by RETURN.
+        """
         kind = routine.get("Type")
-        if kind == "ST":
-            lines = [
-                line
-                for one in routine.all("STContent", "Line")
-                for line in one.lines()
-                if line.text.strip()
-            ]
-        elif kind == "RLL":
-            calls = list(self._jumps(routine))
-            lines = [line for line in calls if line is not None]
-            if not calls or len(lines) < len(calls):
-                return Foreign(kind, routine.at)
-        else:
+        if kind not in ("ST", "RLL"):
             return Foreign(kind, routine.at)
         try:
+            if kind == "RLL":
+                body = Body(scope, may_return=may_return)
+                return deeply(partial(self._ladder, routine, body, variables))
+            lines = _statements(routine)
+            scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
             return deeply(partial(translated, lines, scope))
         except RecursionError:
             text = "has statements or expressions nested too deeply"
             return Foreign(kind, routine.at, text)
+        except LadderError as error:
+            hint = f" ({error.hint})" if error.hint else ""
+            return Foreign(kind, error.at, f"{error.message}{hint}")
         except InputError as error:
             hint = f" ({error.hint})" if error.hint else ""
             return Foreign(kind, error.line or routine.at, f"{error.message}{hint}")
 
-    def _jumps(self, routine: Element) -> Iterator[Line | None]:
-        for rung in routine.all("RLLContent", "Rung"):
-            for one in rung.all("Text"):
-                text = one.text().rstrip(";").replace(" ", "")
-                found = _JUMPS.fullmatch(text)
-                if found is None:
-                    yield None
-                elif found["name"]:
-                    yield Line(f"JSR({found['name']},0);", one.at)
+    def _ladder(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Lines:
+        found = translated_rungs(read_rungs(routine, self._note), body)
+        added = body.routine.added
+        added.update(body.kept)
+        body.routine.first[_key(routine)] = body.first
+        self._notes += [f"{self._file}:{at}: {text}" for at, text in body.notes]
+        (added if variables is None else variables).update(body.variables)
+        return found
 
     def _tasks(self, names: Mapping[str, str]) -> Iterator[ToolTask]:
         for task in self._root.below("Task"):
@@ -371,102 +490,49 @@ class _Reader:
                 task.at,
             )
 
-    # --- initial values -------------------------------------------------------------------
 
-    def _initial(self, tag: Element) -> str:
-        """Return the initial value of a tag; empty if the whole value is 0."""
-        data = self._data(tag)
-        if _key_of(tag, "Usage") == "INOUT":
-            return ""
-        if data.type.upper() in self._types.instructions:
-            return "" if data.sizes else self._given(tag, data)
-        for form in (*tag.all("Data"), *tag.all("DefaultData")):
-            if form.get("Format") == "String" and self._types.is_string(data):
-                text = form.text()
-                return text if text.startswith("'") and len(text) > 2 else ""
-            if form.get("Format") == "Decorated":
-                for value in form.children:
-                    return self._value(value, data)
-        return ""
-
-    def _given(self, tag: Element, data: Data) -> str:
-        """Return the values in an instance that differ from the defaults of its instruction."""
-        parameters = self._parameters[data.type.upper()]
-        parts = []
-        for form in (*tag.all("Data"), *tag.all("DefaultData")):
-            for one in form.all("Structure", "DataValueMember"):
-                parameter = parameters.get(_key(one))
-                if parameter is None or _key(one) in _ENABLE:
-                    continue
-                kind = self._data(parameter)
-                text = self._scalar(one, kind)
-                if text != self._initial(parameter):
-                    parts.append(f"{plain_tag(one.get('Name'))} := {text or self._zero(kind)}")
-        return f"({', '.join(parts)})" if parts else ""
-
-    def _value(self, value: Element, data: Data) -> str:
-        if value.name in ("DataValue", "DataValueMember"):
-            return self._scalar(value, data)
-        if value.name in ("Array", "ArrayMember"):
-            items = [self._item(one, data.element) for one in value.all("Element")]
-            if len(data.sizes) != 1 or not any(items):
-                return ""
-            zero = self._zero(data.element)
-            return f"[{', '.join(item or zero for item in items)}]" if zero else ""
-        if value.name in ("Structure", "StructureMember"):
-            if self._types.is_string(data):
-                return ""
-            members = self._types.members.get(data.type.upper(), {})
-            parts = []
-            for one in value.children:
-                member = members.get(_key(one))
-                text = self._value(one, member) if member is not None else ""
-                if text:
-                    parts.append(f"{plain_tag(one.get('Name'))} := {text}")
-            return f"({', '.join(parts)})" if parts else ""
-        return ""
-
-    def _item(self, element: Element, data: Data) -> str:
-        for one in element.children:
-            return self._value(one, data)
-        return self._scalar(element, data)
-
-    def _zero(self, data: Data) -> str:
-        if data.type == "BOOL":
-            return "FALSE"
-        if data.type in ("REAL", "LREAL"):
-            return "0.0"
-        return "0" if data.type in NUMBERS else ""
-
-    def _scalar(self, element: Element, data: Data) -> str:
-        text = element.get("Value")
-        if data.type == "BOOL":
-            return "TRUE" if text in ("1", "true") else ""
-        if data.type not in NUMBERS:
-            return ""
-        value = _number(text, data)
-        if value is None:
-            self._note(f"the initial value {text!r:.60} of a {data.type} is not read", element)
-            return ""
-        if data.stored and value < 0:
-            value += 256 if data.type == "SINT" else 65536
-        return repr(value) if value else ""
+def _statements(routine: Element) -> list[Line]:
+    """Return the statements or rungs of a routine, as lines."""
+    texts = (*routine.all("STContent", "Line"), *routine.all("RLLContent", "Rung", "Text"))
+    return [line for one in texts for line in one.lines() if line.text.strip()]
 
 
-def _number(text: str, data: Data) -> int | float | None:
-    """Return the number in a text; None if it is malformed or out of the type's range."""
-    plain = text.replace("_", "").strip()
-    if data.type in ("REAL", "LREAL"):
-        found = float(plain) if _REAL.fullmatch(plain) else math.inf
-        most = _REAL_MOST if data.type == "REAL" else math.inf
-        return found if abs(found) <= most and math.isfinite(found) else None
-    if not _INTEGER.fullmatch(plain):
-        return None
-    base, mark, digits = plain.partition("#")
-    try:
-        return int(digits, int(base)) if mark else int(base)
-    except ValueError:
-        return None
+def _chosen(condition: str, one: Lines, other: Lines, at: int) -> Lines:
+    """Return the statements of an IF with two branches, of which one may be empty."""
+    if not _acts(one):
+        condition, one, other = f"NOT {condition}", other, one
+    if not _acts(one):
+        return ()
+    lines = made(at, f"  IF {condition} THEN")
+    lines += tuple(replace(line, text=f"  {line.text}") for line in one)
+    if _acts(other):
+        lines += made(at, "  ELSE")
+        lines += tuple(replace(line, text=f"  {line.text}") for line in other)
+    return (*lines, *made(at, "  END_IF;"))
+
+
+def _acts(lines: Lines) -> bool:
+    """Return whether some lines have statements and not only comments."""
+    return bool(without_comments("\n".join(line.text for line in lines)).strip())
+
+
+def _returns(lines: Lines) -> bool:
+    """Return whether a RETURN may leave the statements."""
+    return any(line.text.strip() == "RETURN;" for line in lines)
+
+
+def _code_of(element: Element) -> str:
+    """Return the text of all routines below an element, in upper case."""
+    return "\n".join(one.text() for one in element.below("STContent", "Text")).upper()
+
+
+def _declarations(variables: Mapping[str, str]) -> Iterator[str]:
+    """Yield the section with some variables, if there are any."""
+    kinds: dict[str, list[str]] = {}
+    for name, kind in variables.items():
+        kinds.setdefault(kind, []).append(name)
+    for kind, names in kinds.items():
+        yield f"  VAR {', '.join(names)} : {kind}; END_VAR"
 
 
 def _aliases(parameters: Iterable[Element], usage: str) -> Iterator[Line]:

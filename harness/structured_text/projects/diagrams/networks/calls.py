@@ -26,8 +26,10 @@ from structured_text.projects.diagrams.networks.model import (
     Coil,
     Connection,
     Contact,
+    Continuation,
     Element,
     Input,
+    InVariable,
     Jump,
     Output,
     OutVariable,
@@ -35,7 +37,10 @@ from structured_text.projects.diagrams.networks.model import (
 )
 from structured_text.projects.diagrams.networks.operators import (
     applied,
+    common,
     inputs_count,
+    needs_context,
+    result_type,
     standard_name,
 )
 from structured_text.projects.diagrams.networks.order import Graph
@@ -45,6 +50,12 @@ from structured_text.projects.diagrams.networks.types import Callee, Types
 __all__ = ["Blocks"]
 
 _ENABLE, _ENABLED = "EN", "ENO"
+#: Functions for which matiec computes with more bits than the type of the argument has, if the
+#: argument is a sum or product. As Beremiz gives each result to a variable, it is cut to its type.
+_COMPARISONS = ("GT", "GE", "EQ", "LE", "LT", "NE")
+_WIDE = (*_COMPARISONS, "DIV", "MOD", "MAX", "MIN", "LIMIT", "MUX", "ABS")
+#: The number of blocks on a line within which the type of a value is searched.
+_FARTHEST = 8
 
 
 class Owner(Protocol):
@@ -120,7 +131,7 @@ class Blocks:
         return self._value_of((block.id, self._result_pin(block, pin)), block, pin)
 
     def _value_of(self, key: tuple[str, str], block: Block, pin: str) -> Use:
-        kind = self._statements.kind_of(key) or self._expected(block, pin)
+        kind = self._type_of(block, pin, frozenset())
         if not self._statements.is_bound(key):
             if not self._by_position:
                 text = f"{named(block)} depends on its own result"
@@ -196,20 +207,29 @@ class Blocks:
             self._statements.remember(key, block)
         return self._statements.use(key, "BOOL")
 
-    def _enable(self, block: Block) -> Expression | None:
-        """Return the condition of a block, after its value was given to ENO; None if always."""
-        pin = self._enable_pin(block)
-        if pin is None or self._declares(block, _ENABLE):
-            return None
-        value = self._owner.value(block, pin, ordered=block.order > 0)
+    def _begin(self, block: Block, value: Expression | None) -> Expression | None:
+        """Return the condition of a block from the value at EN; None if it is always executed.
+
+        ENO gets the value. If it was read before, it gets the value behind the call, because the
+        other inputs may read the value of the last scan.
+        """
+        key = block.id, _ENABLED
         if value is None:
             return None
-        key = block.id, _ENABLED
+        if self._statements.is_kept(key):
+            name = self._statements.variable("Enable", str(block.network), "BOOL")
+            text = f"{name} := {{0}};"
+            self._statements.add(block, text, (name,), (value,), release=False)
+            return Text(name, "BOOL")
         users = (*self._graph.user_ids(key), *self._guarded(block))
         self._statements.bind(key, block, value, users=users)
-        if not self._statements.is_bound(key):
-            return value
         return self._statements.use(key, "BOOL")
+
+    def _end(self, block: Block, condition: Expression | None) -> None:
+        """Give ENO its value behind the call, if that was not done before."""
+        key = block.id, _ENABLED
+        if condition is not None and not self._statements.is_bound(key):
+            self._statements.bind(key, block, condition, users=self._guarded(block))
 
     def _guarded(self, block: Block) -> tuple[str, ...]:
         """Return the identities of the elements whose statements have EN as a condition."""
@@ -228,50 +248,55 @@ class Blocks:
             return False
         result = self._result_of(block)
         users = self._graph.users((block.id, result.name.upper())) if result is not None else ()
-        others = [output for output in block.outputs if output is not result]
-        return (
-            len(users) == 1
-            and self._is_guarded(users[0][0])
-            and not any(self._graph.users((block.id, one.name.upper())) for one in others)
-        )
+        return len(users) == 1 and self._is_guarded(users[0][0])
 
     # --- calls of blocks ---
 
     def _call(self, block: Block) -> None:
         callee = self._callee(block)
-        if not block.instance and (callee is None or callee.kind != "PROGRAM"):
+        if not block.instance and (callee is None or callee.kind not in ("PROGRAM", "ACTION")):
             text = f"{named(block)} has no instance"
             raise wrong(block, text, "declare a variable of its type, and name it at the block")
         name = block.instance or block.type
-        arguments: list[tuple[str, Expression]] = []
-        changed = set(self._statements.target(name))
-        condition: Expression | None = None
-        for pin in block.inputs:
-            if pin.name.upper() == _ENABLE and not self._declares(block, _ENABLE):
-                condition = self._enable(block)
-                continue
-            declared = callee.pin(pin.name) if callee is not None else None
-            if callee is not None and declared is None:
-                known = [one.name for one in callee.pins if one.section != "VAR_OUTPUT"]
-                raise self._no_pin(block, pin.name, known, "input")
-            passed = pin.in_out or (declared is not None and declared.section == "VAR_IN_OUT")
-            value = self._owner.value(block, pin, ordered=block.order > 0, passed=passed)
-            if value is None:
-                if passed:
-                    raise self._no_variable(block, pin)
-                continue
-            if passed:
-                value = self._place(block, pin, value, declared.type if declared else "")
-                changed |= self._statements.target(self._statements.written(value))
-            arguments.append((pin.name, value))
+        arguments, changed, condition = self._arguments(block, callee)
+        changed |= self._statements.target(name)
         if callee is None or not callee.standard:
             changed |= {OUTSIDE, ANYTHING}
         texts = [f"{pin} := {{{number}}}" for number, (pin, _) in enumerate(arguments)]
         values = [value for _, value in arguments]
         text = f"{name}({', '.join(texts)});"
         self._statements.add(block, text, changed, values, condition)
+        self._end(block, condition)
         self._bind_outputs(block, callee)
         self._write_targets(block, condition)
+
+    def _arguments(
+        self, block: Block, callee: Callee | None
+    ) -> tuple[list[tuple[str, Expression]], set[str], Expression | None]:
+        """Return the values of the connected inputs, the variables for VAR_IN_OUT, and EN."""
+        arguments: list[tuple[str, Expression]] = []
+        changed: set[str] = set()
+        enable: Expression | None = None
+        for pin in block.inputs:
+            ordered = block.order > 0
+            if pin.name.upper() == _ENABLE and not self._declares(block, _ENABLE):
+                enable = self._owner.value(block, pin, ordered=ordered)
+                continue
+            declared = callee.pin(pin.name) if callee is not None else None
+            if callee is not None and declared is None:
+                known = [one.name for one in callee.pins if one.section != "VAR_OUTPUT"]
+                raise self._no_pin(block, pin.name, known, "input")
+            passed = pin.in_out or (declared is not None and declared.section == "VAR_IN_OUT")
+            value = self._owner.value(block, pin, ordered=ordered, passed=passed)
+            if value is None and passed:
+                raise self._no_variable(block, pin)
+            if value is None:
+                continue
+            if passed:
+                value = self._place(block, pin, value, declared.type if declared else "")
+                changed |= self._statements.target(self._statements.written(value))
+            arguments.append((pin.name, value))
+        return arguments, changed, self._begin(block, enable)
 
     def _no_variable(self, block: Block, pin: Input) -> Exception:
         text = f"the input {pin.name} of {named(block)} is a VAR_IN_OUT and is not connected"
@@ -324,31 +349,12 @@ class Blocks:
 
     def _function(self, block: Block) -> None:
         callee = self._callee(block)
-        arguments: list[tuple[str, Expression]] = []
-        condition: Expression | None = None
-        changed: set[str] = set()
-        for pin in block.inputs:
-            if pin.name.upper() == _ENABLE and not self._declares(block, _ENABLE):
-                condition = self._enable(block)
-                continue
-            declared = callee.pin(pin.name) if callee is not None else None
-            if callee is not None and declared is None:
-                known = [one.name for one in callee.pins if one.section != "VAR_OUTPUT"]
-                raise self._no_pin(block, pin.name, known, "input")
-            passed = pin.in_out or (declared is not None and declared.section == "VAR_IN_OUT")
-            value = self._owner.value(block, pin, ordered=block.order > 0, passed=passed)
-            if value is None:
-                if passed:
-                    raise self._no_variable(block, pin)
-                continue
-            if passed:
-                value = self._place(block, pin, value, declared.type if declared else "")
-                changed |= self._statements.target(self._statements.written(value))
-            arguments.append((pin.name, value))
+        arguments, changed, condition = self._arguments(block, callee)
         if callee is not None:
             self._own_function(block, callee, arguments, changed, condition)
         else:
             self._standard_function(block, arguments, condition)
+        self._end(block, condition)
 
     def _standard_function(
         self, block: Block, arguments: list[tuple[str, Expression]], condition: Expression | None
@@ -356,14 +362,24 @@ class Blocks:
         name = standard_name(block.type)
         result = self._result_of(block)
         if not arguments and self._by_position:
-            return  # Beremiz does not execute a function without a connected input
+            # Beremiz does not execute a function without a connected input.
+            if self._statements.is_kept((block.id, "")):
+                kind = self._type_of(block, result.name.upper() if result else "", frozenset())
+                self._statements.result((block.id, ""), block, kind)
+            return
         count, extensible = inputs_count(name)
         if len(arguments) < count or (len(arguments) < len(self._inputs(block)) and not extensible):
             given = {pin for pin, _ in arguments}
             missing = next((p.name for p in self._inputs(block) if p.name not in given), "")
             text = f"the input {missing} of {named(block)} is not connected".replace("  ", " ")
             raise wrong(block, text, "connect it to a variable or a literal")
-        expected = self._expected(block, result.name.upper() if result else "")
+        kinds = [value.type for _, value in arguments]
+        expected = ""
+        if result is not None and needs_context(name, kinds, self._types):
+            expected = self._expected(block, result.name.upper(), frozenset())
+        if self._by_position and name in _WIDE:
+            for _, value in arguments:
+                self._statements.cut(value)
         value = applied(name, arguments, self._types, expected)
         if not value.type or value.type.startswith("ANY"):
             value = self._with_type(value, expected)
@@ -424,10 +440,16 @@ class Blocks:
             guarded = self._waits_for_output(block)
             names = tuple(element.id for element, _ in users)
             again = (block.id,) if target else ()
-            self._statements.bind(key, block, value, condition, users=(*names, *again))
+            alone = all(self._is_guarded(element) for element, _ in users)
+            otherwise = (
+                ""
+                if condition is None or alone or not self._by_position
+                else (self._zero(value.type))
+            )
+            self._statements.bind(
+                key, block, value, condition, users=(*names, *again), otherwise=otherwise
+            )
             if condition is not None and not guarded and self._statements.waits(key):
-                alone = all(self._is_guarded(element) for element, _ in users)
-                otherwise = "" if alone or not self._by_position else self._zero(value.type)
                 self._statements.keep(key, otherwise)
         elif isinstance(value, Call) and value.outside:
             self._statements.result(key, block, value.type)
@@ -458,30 +480,89 @@ class Blocks:
             return "0" if base in ANY_INT else "0.0"
         return {"TIME": "T#0s", "STRING": "''"}.get(base, "")
 
-    def _expected(self, block: Block, pin: str) -> str:
-        """Return the type that the first user of an output expects; empty if it is unknown."""
+    def _expected(self, block: Block, pin: str, seen: frozenset[str]) -> str:
+        """Return the type that the users of an output expect; empty if it is unknown."""
         for output in block.outputs:
             if output.name.upper() == pin and output.target.strip():
                 return self._types.of(output.target)
         for element, name in self._graph.users((block.id, pin)):
-            if isinstance(element, OutVariable):
-                return self._types.of(element.expression)
-            if isinstance(element, (Coil, Contact, Jump, Return)):
-                return "BOOL"
-            if isinstance(element, Block):
-                callee = self._callee(element)
-                found = callee.pin(name) if callee is not None else None
-                if found is not None and not found.type.upper().startswith("ANY"):
-                    return found.type
+            found = self._expected_by(element, name, seen | {block.id})
+            if found and not found.upper().startswith("ANY"):
+                return found
+        return ""
+
+    def _expected_by(self, element: Element, name: str, seen: frozenset[str]) -> str:
+        """Return the type that an element expects at an input; empty if it is unknown."""
+        if isinstance(element, OutVariable):
+            return self._types.of(element.expression)
+        if not isinstance(element, Block):
+            return "BOOL" if isinstance(element, (Coil, Contact, Jump, Return)) else ""
+        callee = self._callee(element)
+        if callee is not None:
+            pin = callee.pin(name)
+            return pin.type if pin is not None else ""
+        function = standard_name(element.type)
+        if element.id in seen or not function or len(seen) > _FARTHEST:
+            return ""
+        # The other inputs and the result of most standard functions have the same type.
+        others = [one for one in self._inputs(element) if one.name != name]
+        if function in ("SEL", "MUX"):
+            others = others[1:] if self._inputs(element)[0].name != name else []
+        kinds = [self._type_at(one, seen | {element.id}) for one in others]
+        found = common([kind for kind in kinds if not kind.startswith("ANY")], self._types)
+        result = self._result_of(element)
+        if not found and function not in _COMPARISONS and result is not None:
+            found = self._expected(element, result.name.upper(), seen)
+        return found
+
+    def _type_of(self, block: Block, pin: str, seen: frozenset[str]) -> str:
+        """Return the type of an output from the types of the inputs, before it is computed."""
+        callee = self._callee(block)
+        if pin == _ENABLED:
+            return "BOOL"
+        if callee is not None:
+            declared = callee.pin(pin)
+            return declared.type if declared is not None else callee.result
+        found = self._statements.kind_of((block.id, self._result_pin(block, pin)))
+        if found or block.id in seen or len(seen) > _FARTHEST:
+            return found
+        kinds = [
+            self._type_at(one, seen | {block.id})
+            for one in self._inputs(block)
+            if one.connections or one.value.strip()
+        ]
+        name = standard_name(block.type)
+        expected = ""
+        if needs_context(name, kinds, self._types):
+            expected = self._expected(block, pin, seen)
+        return result_type(name, kinds, self._types, expected)
+
+    def _type_at(self, pin: Input, seen: frozenset[str]) -> str:
+        """Return the type of the value at an input, from the first line with a known type."""
+        if pin.value.strip():
+            return self._types.of(pin.value)
+        for line in pin.connections:
+            source = self._graph.elements[line.source]
+            if isinstance(source, Continuation):
+                connector = self._graph.connectors[source.name.upper()]
+                if connector.id in seen:
+                    continue
+                found = self._type_at(connector.input, seen | {connector.id})
+            elif isinstance(source, Block):
+                found = self._type_of(source, self._graph.key(line)[1], seen)
+            elif isinstance(source, (InVariable, OutVariable)):
+                found = self._types.of(source.expression)
+            else:
+                found = "BOOL"
+            if found:
+                return found
         return ""
 
     # --- execute boxes ---
 
     def _statements_of(self, block: Block) -> None:
-        condition = None
-        for pin in block.inputs:
-            if pin.name.upper() == _ENABLE:
-                condition = self._enable(block)
+        pin = self._enable_pin(block)
+        condition = self._begin(block, self._owner.value(block, pin) if pin is not None else None)
         changed = {OUTSIDE, ANYTHING}
         for text in block.statements:
             changed |= self._statements.named(text)

@@ -37,6 +37,7 @@ _LEVELS = {
 _UNARY, _ATOM, _LOOSE = 8, 9, 0
 _COMPARISONS = ("=", "<>", "<", ">", "<=", ">=")
 _ASSOCIATIVE = ("AND", "OR", "XOR")
+_INVERSES = {"TRUE": "FALSE", "FALSE": "TRUE"}
 
 _SIMPLE = re.compile(
     r"\w+#[\w.:+-]+|\d[\d_.]*(?:[eE][+-]?\d+)?|'[^']*'|\"[^\"]*\""
@@ -191,6 +192,8 @@ def _written(expression: Expression, bound: Callable[[Use], Expression]) -> tupl
         text, level = _written(expression.inner, bound)
         if text.startswith("NOT ") and level == _UNARY:
             return text[4:], _ATOM
+        if text in _INVERSES:
+            return _INVERSES[text], _ATOM
         return f"NOT {text}" if level >= _UNARY else f"NOT ({text})", _UNARY
     if isinstance(expression, Call):
         given = (
@@ -198,15 +201,28 @@ def _written(expression: Expression, bound: Callable[[Use], Expression]) -> tupl
             for name, value in expression.arguments
         )
         return f"{expression.name}({', '.join(given)})", _ATOM
-    own = _LEVELS[expression.op]
+    return _with_operator(expression, bound)
+
+
+def _with_operator(expression: Infix, bound: Callable[[Use], Expression]) -> tuple[str, int]:
+    own, op = _LEVELS[expression.op], expression.op
     texts = []
     for number, item in enumerate(expression.items):
         text, level = _written(item, bound)
+        if op in ("AND", "OR") and text in _INVERSES:
+            if text == ("FALSE" if op == "AND" else "TRUE"):
+                return text, _ATOM
+            continue
         if level == own:
-            within = number > 0 and expression.op not in _ASSOCIATIVE
-        elif expression.op in _COMPARISONS:
+            within = number > 0 and op not in _ASSOCIATIVE
+        elif op in _COMPARISONS:
             within = level in (4, 5) or level < own
-        else:
-            within = level < own
-        texts.append(f"({text})" if within else text)
-    return f" {expression.op} ".join(texts), own
+        else:  # a reader need not know whether XOR or another operator comes first
+            within = level < own or (op == "OR" and level == _LEVELS["XOR"])
+            within |= op == "XOR" and level == _LEVELS["AND"]
+        texts.append((f"({text})" if within else text, level))
+    if not texts:
+        return ("TRUE" if op == "AND" else "FALSE"), _ATOM
+    if len(texts) == 1 and len(expression.items) > 1:
+        return texts[0][0], _ATOM if texts[0][0].startswith("(") else texts[0][1]
+    return f" {op} ".join(text for text, _ in texts), own

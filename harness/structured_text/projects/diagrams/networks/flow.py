@@ -19,7 +19,7 @@ from structured_text.projects.model import Lines, in_comment
 __all__ = ["arranged"]
 
 _LONGEST = 100
-_BREAK = re.compile(r" (?=(?:AND|OR|XOR) )|(?<=,) ")
+_BREAK = re.compile(r" (?=(?:AND|OR|XOR|[-+*/]) )|(?<=,) ")
 
 
 @dataclass(frozen=True)

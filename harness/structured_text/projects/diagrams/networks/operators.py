@@ -22,7 +22,15 @@ from structured_text.projects.diagrams.networks.expressions import (
 )
 from structured_text.projects.diagrams.networks.types import ANY_INTEGER, ANY_NUMBER, Types
 
-__all__ = ["applied", "common", "inputs_count", "is_standard", "standard_name"]
+__all__ = [
+    "applied",
+    "common",
+    "inputs_count",
+    "is_standard",
+    "needs_context",
+    "result_type",
+    "standard_name",
+]
 
 #: Operators of the language that a function of the standard stands for.
 _OPERATORS = {
@@ -89,7 +97,7 @@ def applied(
     literals.
     """
     values = tuple(value for _, value in arguments)
-    kind = _result(name, [value.type for value in values], types, expected)
+    kind = result_type(name, [value.type for value in values], types, expected)
     count, extensible = inputs_count(name)
     if name == "MOVE" and len(values) == 1:
         return values[0]
@@ -125,7 +133,24 @@ def _rank(kind: str) -> int:
     return place + 10 * (kind in ANY_REAL)
 
 
-def _result(name: str, kinds: Sequence[str], types: Types, expected: str) -> str:
+def needs_context(name: str, kinds: Sequence[str], types: Types) -> bool:
+    """Return whether the inputs of a standard function do not determine the type of its result."""
+    if name == "NOT":
+        return not common(kinds, types)
+    signature = FUNCTIONS.get(name)
+    if signature is None:
+        return False
+    if signature.result != "T":
+        return signature.result not in ELEMENTARY
+    return common(_shared(name, signature, kinds), types) in ("", ANY_INTEGER, ANY_NUMBER)
+
+
+def result_type(name: str, kinds: Sequence[str], types: Types, expected: str) -> str:
+    """Return the type of a standard function's result; empty if it is unknown.
+
+    `kinds` are the types of its connected inputs, `expected` is the type that the context gives to
+    a result of literals.
+    """
     pair = conversion(name)
     if pair is not None:
         return pair[1]
@@ -136,7 +161,7 @@ def _result(name: str, kinds: Sequence[str], types: Types, expected: str) -> str
     if name in MOMENT_OPERATORS:
         return MOMENT_OPERATORS[name][3]
     if name == "NOT":
-        return common(kinds, types)
+        return common(kinds, types) or expected or "BOOL"
     signature = FUNCTIONS[name]
     if signature.result != "T":
         if signature.result in ELEMENTARY:

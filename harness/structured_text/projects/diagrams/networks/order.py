@@ -117,7 +117,8 @@ class Graph:
             passes = isinstance(element, (Connector, Continuation)) or (
                 isinstance(element, Contact) and self._contacts
             )
-            if not passes:
+            ends = isinstance(element, Connector) and (element.id, "") not in self._next
+            if not passes or ends:
                 yield element, pin
             if passes or isinstance(element, Coil):
                 yield from self._users((element.id, ""), passed | {key})

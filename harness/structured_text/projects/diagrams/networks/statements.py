@@ -10,7 +10,7 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 
-from structured_text.projects.diagrams.networks.check import named, wrong
+from structured_text.projects.diagrams.networks.check import DiagramError, named, wrong
 from structured_text.projects.diagrams.networks.expressions import (
     Call,
     Expression,
@@ -37,6 +37,8 @@ OUTSIDE, ANYTHING = "*outside", "*anything"
 
 #: A condition with more variables than this gets a variable if it is used more than once.
 _SHORT = 2
+#: The value of a block with more variables than this always gets a variable.
+_LONG = 12
 
 Written = Callable[[Expression], str]
 
@@ -77,12 +79,14 @@ class Statements:
     def __init__(self, names: Names, types: Types, users: Callable[[Key], Sequence[str]]) -> None:
         self._names, self._types, self._users = names, types, users
         self.variables: dict[str, str] = {}
+        self._added: set[str] = set()
         self.made: list[Made | Jumped] = []
         self._bound: dict[Key, Expression] = {}
         self._waiting: dict[Key, Element] = {}
         self._guards: dict[Key, Expression] = {}
         self._left: dict[Key, set[str]] = {}
         self._kept: dict[Key, str] = {}
+        self._owners: dict[str, Element] = {}
         self._counts: dict[tuple[str, str], int] = {}
         self._edges: dict[tuple[str, str], tuple[str, frozenset[str]]] = {}
 
@@ -94,6 +98,7 @@ class Statements:
         count = self._counts[kind, plain] = self._counts.get((kind, plain), 0) + 1
         found = self._names.of(kind, f"{plain}_{count}" if count > 1 else plain)
         self.variables[found] = declared
+        self._added.add(found.upper())
         return found
 
     def _variable_for(self, key: Key, element: Element) -> str:
@@ -103,18 +108,24 @@ class Statements:
                 kind = re.sub(r"\W", "", element.instance or element.type).capitalize() or "Value"
                 kind += {"": "", "ENO": "Eno"}.get(key[1], "")
             self._kept[key] = self.variable(kind, str(element.network), "")
+            self._owners[self._kept[key]] = element
         return self._kept[key]
 
     def _declare(self, key: Key, element: Element, kind: str) -> str:
         name = self._variable_for(key, element)
         if not kind or kind.startswith("ANY"):
-            text = f"the type of the result of {named(element)} is not known"
-            raise wrong(element, text, "connect it to variables of declared types")
+            raise _unknown(element)
         start = ""
         if key[1] == "ENO" and isinstance(element, Block) and element.instance:
             start = " := TRUE"  # the initial value of ENO of a block
         self.variables[name] = kind + start
         return name
+
+    def check_types(self) -> None:
+        """Raise DiagramError if a variable has no type."""
+        for name, element in self._owners.items():
+            if not self.variables[name]:
+                raise _unknown(element)
 
     # --- values ---
 
@@ -125,6 +136,10 @@ class Statements:
     def kind_of(self, key: Key) -> str:
         """Return the type of a value that was computed before; else empty."""
         return self._bound[key].type if key in self._bound else ""
+
+    def is_kept(self, key: Key) -> bool:
+        """Return whether the value has a variable."""
+        return key in self._kept
 
     def waits(self, key: Key) -> bool:
         """Return whether a value was computed and is in no variable."""
@@ -150,29 +165,44 @@ class Statements:
         value: Expression,
         guard: Expression | None = None,
         users: Sequence[str] | None = None,
+        otherwise: str = "",
     ) -> None:
         """Give an output its value; with a `guard`, it has this value only under a condition.
 
         `users` are the identities of the elements that use the value, if the lines do not show it.
+        `otherwise` is the value of its variable if the guard is FALSE; if empty, it is kept.
         """
         users = tuple(dict.fromkeys(self._users(key) if users is None else users))
         if not users and key not in self._kept:
             return
         self._left[key] = set(users)
-        self._bound[key] = value
-        self._waiting[key] = element
         if guard is not None:
             self._guards[key] = guard
-        if key in self._kept or (len(users) > 1 and not self._is_short(value)):
-            self.keep(key)
+        if key in self._kept:
+            # The value was read before. Values that wait may read it as it was in the last scan.
+            name = self._declare(key, element, value.type)
+            self._keep_before(frozenset((name.upper(),)))
+            self._store(key, element, name, value, otherwise)
+            return
+        self._bound[key] = value
+        self._waiting[key] = element
+        is_long = isinstance(element, Block) and self._total(value) > _LONG
+        if is_long or (len(users) > 1 and not self._is_short(value)):
+            self.keep(key, otherwise)
 
     def _is_short(self, value: Expression) -> bool:
         value = self._resolved(value)
-        if isinstance(value, Infix) and value.op not in ("AND", "OR"):
+        if isinstance(value, Infix) and (value.op not in ("AND", "OR") or value.type != "BOOL"):
             return False
         parts = map(self._resolved, parts_of(value))
         simple = all(isinstance(part, (Text, Not)) for part in parts)
         return not isinstance(value, Call) and simple and size(value) <= _SHORT
+
+    def _total(self, value: Expression) -> int:
+        """Return the number of variables and literals in the text of a value."""
+        if isinstance(value, Use):
+            return self._total(self._bound[value.key]) if value.key in self._waiting else 1
+        return sum(map(self._total, parts_of(value))) or 1
 
     def _resolved(self, value: Expression) -> Expression:
         while isinstance(value, Use) and value.key in self._bound:
@@ -182,25 +212,43 @@ class Statements:
     def keep(self, key: Key, otherwise: str = "") -> str:
         """Keep a value in a variable from now on, and return the variable."""
         if key not in self._waiting:
-            found = self._bound[key]
+            found = self._bound.get(key)
             return found.text if isinstance(found, Text) else self._kept[key]
         element = self._waiting.pop(key)
         value = self._bound[key]
         name = self._declare(key, element, value.type)
+        self._store(key, element, name, value, otherwise)
+        return name
+
+    def cut(self, value: Expression) -> None:
+        """Keep a waiting sum or product of a type with less than 32 bits in a variable."""
+        while isinstance(value, Use) and isinstance(inner := self._bound.get(value.key), Use):
+            value = inner
+        if isinstance(value, Use) and value.key in self._waiting:
+            found = self._bound[value.key]
+            narrow = self._types.base(found.type) in ("SINT", "INT", "USINT", "UINT")
+            if isinstance(found, Infix) and found.op in ("+", "-", "*") and narrow:
+                self.keep(value.key)
+
+    def _store(
+        self, key: Key, element: Element, name: str, value: Expression, otherwise: str = ""
+    ) -> None:
+        """Add the assignment of a value to its variable."""
         guard = self._guards.get(key)
-        text = self.written(value)
+        when = self.written(guard) if guard is not None else ""
+        when = "" if when == "TRUE" else when
+        changed = frozenset((name.upper(),))
         self._append(
             Made(
                 element,
-                [(f"{name} := {text};", element.at)],
-                self.written(guard) if guard is not None else "",
-                [(f"{name} := {otherwise};", element.at)] if otherwise else [],
-                frozenset((name.upper(),)),
+                [(f"{name} := {self.written(value)};", element.at)],
+                when,
+                [(f"{name} := {otherwise};", element.at)] if when and otherwise else [],
+                changed,
             ),
-            frozenset((name.upper(),)),
+            changed,
         )
         self._bound[key] = Text(name, value.type)
-        return name
 
     def written(self, value: Expression) -> str:
         """Return the text of a value at this place."""
@@ -242,11 +290,8 @@ class Statements:
 
     def marked(self, names: frozenset[str]) -> frozenset[str]:
         """Return names, with a mark if other POUs can change one of them."""
-        own = all(self._types.is_own(name) or name in self._upper() for name in names)
+        own = all(self._types.is_own(name) or name in self._added for name in names)
         return names if own else names | {OUTSIDE}
-
-    def _upper(self) -> set[str]:
-        return {name.upper() for name in self.variables}
 
     # --- statements ---
 
@@ -357,3 +402,8 @@ def _filled(text: str, given: Sequence[str]) -> str:
         return given[number] if number < len(given) else found[0]
 
     return re.sub(r"\{(\d+)\}", value, text)
+
+
+def _unknown(element: Element) -> DiagramError:
+    text = f"the type of the result of {named(element)} is not known"
+    return wrong(element, text, "connect it to variables of declared types")

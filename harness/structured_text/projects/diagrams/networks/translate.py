@@ -14,7 +14,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 from structured_text.projects.diagrams.networks.calls import Blocks
-from structured_text.projects.diagrams.networks.check import check, named, wrong
+from structured_text.projects.diagrams.networks.check import (
+    DiagramError,
+    check,
+    named,
+    wrong,
+)
 from structured_text.projects.diagrams.networks.expressions import (
     FALSE,
     TRUE,
@@ -49,6 +54,9 @@ from structured_text.projects.model import Lines, made
 
 __all__ = ["translate"]
 
+#: The number of blocks on a line that may read the same connector.
+_DEEPEST = 40
+
 
 def translate(diagram: Diagram, names: Names, types: Types) -> tuple[Lines, Lines]:
     """Return the section with the variables that a diagram needs, and its statements.
@@ -57,7 +65,13 @@ def translate(diagram: Diagram, names: Names, types: Types) -> tuple[Lines, Line
     """
     check(diagram)
     made_by = _Translation(diagram, names, types)
-    made_by.run()
+    try:
+        made_by.run()
+    except RecursionError:
+        text = "too many elements follow one another in a line"
+        hint = "divide the line, with a variable between its parts"
+        raise DiagramError(text, min((n.at for n in diagram.networks), default=1), hint) from None
+    made_by.statements.check_types()
     lines = arranged(diagram, made_by.statements)
     variables = made_by.statements.variables
     if not variables:
@@ -75,8 +89,15 @@ class _Translation:
         self._blocks = Blocks(self, self.statements, self._graph, types, diagram.by_position)
         self._connected: dict[str, Expression | None] = {}
         self._reached: set[str] = set()
+        self._open: list[str] = []
 
     def run(self) -> None:
+        if self._diagram.by_position:
+            for element in self._diagram.elements:
+                if isinstance(element, (Jump, Return)):
+                    what = "a jump" if isinstance(element, Jump) else "a return"
+                    text = f"{what} is not supported by tools that order a diagram by position"
+                    raise wrong(element, text, "write the condition at the outputs instead")
         before = -1
         for element in executed(self._diagram):
             if not self._diagram.by_position and element.network != before:
@@ -84,6 +105,10 @@ class _Translation:
                 before = element.network
             self._execute(element)
         self.statements.keep_all()
+        if self._diagram.by_position:
+            for element in self._diagram.elements:
+                if isinstance(element, Contact) and not self._graph.users((element.id, "")):
+                    self._without_effect(element, "leads nowhere")
 
     def _execute(self, element: Element) -> None:
         if isinstance(element, Block):
@@ -116,7 +141,7 @@ class _Translation:
             return found
         if pin.negated:
             found = inverted(found)
-        if pin.edge:
+        if pin.edge and not (pin.negated and self._diagram.by_position):
             name = pin.name or _title(element)
             found = self.statements.edge(element, pin.edge, name, found, "")
         return found
@@ -158,7 +183,7 @@ class _Translation:
                 return self.statements.use(key, "BOOL")
             self._reached.add(element.id)
         own: Expression = Text(element.variable, "BOOL")
-        if element.edge:
+        if element.edge and not (element.negated and self._diagram.by_position):
             share = "" if element.negated else element.id
             own = self.statements.edge(element, element.edge, element.variable, own, share)
         if element.negated:
@@ -186,8 +211,15 @@ class _Translation:
 
     def _connector(self, element: Connector, *, ordered: bool) -> Expression | None:
         if element.id not in self._connected:
-            self._connected[element.id] = None  # a connector that leads to itself has no value
-            self._connected[element.id] = self.value(element, element.input, ordered=ordered)
+            # A block on the way may read the connector again. As it is marked as executed, this
+            # ends, unless the line leads back without a block.
+            self._open.append(element.id)
+            if self._open.count(element.id) > _DEEPEST:
+                raise _loop(element)
+            value = self.value(element, element.input, ordered=ordered)
+            self._open.pop()
+            self._connected[element.id] = value
+            self.statements.released(element)
         return self._connected[element.id]
 
     # --- statements ---
@@ -201,16 +233,24 @@ class _Translation:
                 return  # an inOutVariable that is only read
             if not self._diagram.by_position:
                 raise wrong(element, f"{named(element)} is not connected", "connect or remove it")
-            title = named(element)
-            text = f"(* {title[0].upper()}{title[1:]} is not connected: it has no effect. *)"
-            self.statements.add(element, text, (), ())
+            self._without_effect(element, "is not connected")
             return
-        if element.edge:
-            value = self.statements.edge(element, element.edge, target, value, "")
+        storage, edge = element.storage, element.edge
+        if self._diagram.by_position:  # the generator of Beremiz uses only one of them
+            storage = "" if element.negated else storage
+            edge = "" if element.negated or storage else edge
+        if edge:
+            value = self.statements.edge(element, edge, target, value, "")
         if element.negated:
             value = inverted(value)
         guard = None if is_coil else self._blocks.guard(element.input.connections)
-        self.assign(element, target, value, element.storage, guard)
+        self.assign(element, target, value, storage, guard)
+
+    def _without_effect(self, element: Element, why: str) -> None:
+        """Add a comment for an element that the tools ignore, because it may be a mistake."""
+        title = named(element)
+        text = f"(* {title[0].upper()}{title[1:]} {why}: it has no effect. *)"
+        self.statements.add(element, text, (), ())
 
     def assign(
         self,
@@ -229,10 +269,6 @@ class _Translation:
         self.statements.add(element, f"{target} := {{0}};", writes, (value,), condition)
 
     def _leave(self, element: Jump | Return) -> None:
-        if self._diagram.by_position:
-            what = "a jump" if isinstance(element, Jump) else "a return"
-            text = f"{what} is not supported by the tools that order a diagram by position"
-            raise wrong(element, text, "write the condition at the outputs instead")
         value = self.value(element, element.input)
         if value is None:
             raise wrong(element, f"{named(element)} is not connected", "connect it, or remove it")

@@ -26,7 +26,9 @@ _DECLARED = re.compile(
     r"([^\W\d]\w*(?:\s*,\s*[^\W\d]\w*)*)\s*(?:\bAT\b[^:]*)?:(?!=)\s*(.*)", re.DOTALL
 )
 _POU = re.compile(
-    r"\s*(FUNCTION_BLOCK|FUNCTION|PROGRAM)\b([^:;\n]*)(?::\s*([^;\n]+))?", re.IGNORECASE
+    r"\s*(FUNCTION_BLOCK|FUNCTION|PROGRAM)\b([^:;\n]*)"
+    r"(?::\s*(ARRAY\s*\[[^\]]*\]\s*OF\s+[\w.]+|[\w.]+(?:\s*\[[^\]]*\]|\s*\([^)]*\))?))?",
+    re.IGNORECASE,
 )
 _BASE = re.compile(r"\bEXTENDS\s+([\w.]+)", re.IGNORECASE)
 _TYPE = re.compile(
@@ -60,7 +62,7 @@ class Callee:
 
     Attributes:
         name: Its name.
-        kind: FUNCTION, FUNCTION_BLOCK or PROGRAM.
+        kind: FUNCTION, FUNCTION_BLOCK, PROGRAM or ACTION.
         result: The type of a function's result; may be empty.
         pins: The pins in the order of the declaration, those of a base first.
         standard: Whether the standard declares it, so that it does not use global variables.
@@ -127,6 +129,9 @@ class Declarations:
         )
         callee = Callee(unit.name, unit.kind, result, pins)
         self._callees[unit.name.upper()] = callee, base[1] if base else ""
+        for part in unit.piece.parts:
+            if part.is_action:
+                self._callees[part.name.upper()] = Callee(part.name, "ACTION"), ""
 
     def types(self, name: str, head: Lines) -> Types:
         """Return the types as a POU with a name and a head sees them."""
@@ -192,7 +197,7 @@ class Types:
 
     def __init__(self, declared: Declarations, name: str, head: Lines) -> None:
         text = _plain(head)
-        self._declared = declared
+        self._declared, self._name = declared, name
         self._types: dict[str, str] = {}
         self._own: set[str] = set()
         found = _POU.match(text)
@@ -207,8 +212,8 @@ class Types:
                     self._own.add(variable.upper())
 
     def callee(self, name: str) -> Callee | None:
-        """Return the function, block or program of a name; None if there is none."""
-        return self._declared.callee(name)
+        """Return the function, block, program or own action of a name; None if there is none."""
+        return self._declared.callee(f"{self._name}.{name}") or self._declared.callee(name)
 
     def is_own(self, name: str) -> bool:
         """Return whether a variable belongs to the POU alone."""

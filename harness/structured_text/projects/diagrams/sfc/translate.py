@@ -74,7 +74,7 @@ class _Translation:
         yield from self._evaluated()
         yield from self._evolved()
         for name in self._actions:
-            yield from self._control(name)
+            yield from _of(f"action {name}", *self._control(name))
         yield from self._pulses()
         yield from self._executed()
 
@@ -83,7 +83,8 @@ class _Translation:
             if step.name in self._timed:
                 timer = self._names.of("Timer", step.name)
                 active = self._step(step.name)
-                yield Line(f"{timer}(IN := {active}, PT := {_LONGEST});", step.at)
+                text = f"{timer}(IN := {active}, PT := {_LONGEST});"
+                yield Line(text, step.at, network=f"step {step.name}")
 
     def _elapsed(self) -> Iterator[Line]:
         yield Line("(* Times of the active steps *)", self._chart.steps[0].at)
@@ -93,9 +94,12 @@ class _Translation:
                 timer, time = self._names.of("Timer", step.name), self._time(step.name)
                 self._declared[timer] = "TON"
                 self._declared[time] = "TIME := T#0s"
-                yield Line(f"IF {self._step(step.name)} THEN", step.at)
-                yield Line(f"  {time} := {timer}.ET;", step.at)
-                yield Line("END_IF;", step.at)
+                yield from _of(
+                    f"step {step.name}",
+                    Line(f"IF {self._step(step.name)} THEN", step.at),
+                    Line(f"  {time} := {timer}.ET;", step.at),
+                    Line("END_IF;", step.at),
+                )
 
     def _evaluated(self) -> Iterator[Line]:
         """Yield the evaluation of all transitions, those with a lower priority number first."""
@@ -108,9 +112,11 @@ class _Translation:
             rivals = [n for n, other in before if _share(one.sources, other.sources)]
             active = [self._step(name) for name in one.sources]
             guards = [*active, *(f"NOT {self._fires(n)}" for n in sorted(rivals))]
-            yield Line(f"(* Transition {number}: {_comment(one.label)} *)", one.at)
-            yield Line(f"{fires} := FALSE;", one.at)
-            yield Line(f"IF {' AND '.join(guards)} THEN", one.at)
+            lines = [
+                Line(f"(* Transition {number}: {_comment(one.label)} *)", one.at),
+                Line(f"{fires} := FALSE;", one.at),
+                Line(f"IF {' AND '.join(guards)} THEN", one.at),
+            ]
             condition = list(self._substituted(one.condition))
             first = f"  {fires} := "
             begin = condition[0].text.lstrip()
@@ -120,10 +126,11 @@ class _Translation:
             last = condition[-1]
             if "//" not in last.text:
                 condition[-1] = replace(last, text=f"{last.text.rstrip()};")
-            yield from condition
+            lines += condition
             if "//" in last.text:  # the semicolon would be in the comment
-                yield Line("  ;", last.at)
-            yield Line("END_IF;", one.at)
+                lines.append(Line("  ;", last.at))
+            lines.append(Line("END_IF;", one.at))
+            yield from _of(f"transition {number}", *lines)
             before.append((number, one))
 
     def _evolved(self) -> Iterator[Line]:
@@ -133,18 +140,18 @@ class _Translation:
                 "(* Steps that are left, then steps that are entered *)", transitions[0][1].at
             )
         for number, one in transitions:
-            yield Line(f"IF {self._fires(number)} THEN", one.at)
+            lines = [Line(f"IF {self._fires(number)} THEN", one.at)]
             for name in one.sources:
-                yield Line(f"  {self._step(name)} := FALSE;", one.at)
-            yield Line("END_IF;", one.at)
+                lines.append(Line(f"  {self._step(name)} := FALSE;", one.at))
+            yield from _of(f"transition {number}", *lines, Line("END_IF;", one.at))
         yield from self._timer_calls()
         for number, one in transitions:
-            yield Line(f"IF {self._fires(number)} THEN", one.at)
+            lines = [Line(f"IF {self._fires(number)} THEN", one.at)]
             for name in one.targets:
-                yield Line(f"  {self._step(name)} := TRUE;", one.at)
+                lines.append(Line(f"  {self._step(name)} := TRUE;", one.at))
                 if self._canonical(name) in self._timed:
-                    yield Line(f"  {self._time(name)} := T#0s;", one.at)
-            yield Line("END_IF;", one.at)
+                    lines.append(Line(f"  {self._time(name)} := T#0s;", one.at))
+            yield from _of(f"transition {number}", *lines, Line("END_IF;", one.at))
         yield from self._timer_calls()
 
     def _control(self, name: str) -> Iterator[Line]:
@@ -230,23 +237,26 @@ class _Translation:
                 pulse = self._names.of("Pulse", name)
                 self._declared[pulse] = "BOOL := FALSE"
                 at = next(one.at for _, one in self._associations() if one.action == name)
-                yield from _wrapped(f"{pulse} := {' OR '.join(dict.fromkeys(edges))};", at)
+                lines = _wrapped(f"{pulse} := {' OR '.join(dict.fromkeys(edges))};", at)
+                yield from _of(f"action {name}", *lines)
         self._with_pulse = set(found)
         for step in self._chart.steps:
             if any(one.qualifier in ("P", "P1", "P0") for one in step.associations):
                 previous = self._previous(step.name)
                 self._declared[previous] = "BOOL := FALSE"
-                yield Line(f"{previous} := {self._step(step.name)};", step.at)
+                line = Line(f"{previous} := {self._step(step.name)};", step.at)
+                yield from _of(f"step {step.name}", line)
 
     def _executed(self) -> Iterator[Line]:
         bodies = {one.name.upper(): one for one in self._chart.actions}
         for name in self._actions:
             if name.upper() not in bodies:
                 at = next(one.at for _, one in self._associations() if one.action == name)
-                yield Line(f"{name} := {' OR '.join(self._on(name))};", at)
+                line = Line(f"{name} := {' OR '.join(self._on(name))};", at)
+                yield from _of(f"action {name}", line)
         for action in self._chart.actions:
             if action.name.upper() in {name.upper() for name in self._actions}:
-                yield from self._body(action)
+                yield from _of(f"action {action.name}", *self._body(action))
 
     def _on(self, name: str) -> list[str]:
         pulse = [self._names.of("Pulse", name)] if name.upper() in self._with_pulse else []
@@ -321,6 +331,12 @@ def _texts(chart: Chart) -> Iterator[Line]:
     for step in chart.steps:
         for association in step.associations:
             yield Line(association.time, association.at)
+
+
+def _of(network: str, *lines: Line) -> Iterator[Line]:
+    """Yield lines with the part of the chart that they were translated from."""
+    for line in lines:
+        yield replace(line, network=network)
 
 
 def _share(one: tuple[str, ...], other: tuple[str, ...]) -> bool:

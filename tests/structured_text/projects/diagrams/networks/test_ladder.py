@@ -233,3 +233,14 @@ def test_labels_are_unique_and_known(label: str) -> None:
         assert (caught.value.message, caught.value.at) == (expected, 7)
     else:
         assert drawing.text()[-1] == "X := A;"
+
+
+def test_a_contact_that_leads_nowhere_is_named_in_a_comment() -> None:
+    """The contact of a latch is not joined to the line behind the start contact."""
+    drawing = Drawing("Start, Motor : BOOL;")
+    drawing.coil("Motor", drawing.contact("Start"))
+    drawing.contact("Motor")
+    assert drawing.text()[1:] == [
+        "Motor := Start;",
+        "(* The contact Motor leads nowhere: it has no effect. *)",
+    ]

@@ -1,0 +1,96 @@
+"""The coverage of a drawing names its rungs, and shows the translation of each."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+
+import pytest
+
+from drawing import drawing_files
+from structured_text import Bench
+from structured_text.coverage.formats import tracefile
+from structured_text.coverage.html import pages
+from structured_text.coverage.measure import FileResult, measure
+from structured_text.coverage.parts import merge, part_of
+from structured_text.coverage.report import gaps, missing
+from structured_text.engines.builtin.collector import Collector, counting
+
+
+@pytest.fixture
+def result(tmp_path: Path) -> FileResult:
+    """Return the result of three scans in which Start is TRUE.
+
+    Motor is TRUE, so Count is 3 in the end. Stop and Count > 100 never hold.
+    """
+    collector = Collector(tmp_path)
+    with counting(collector), Bench.build(drawing_files(tmp_path), engine="builtin") as bench:
+        bench["Main.Start"] = True
+        bench.scan(3)
+    (found,) = measure(merge([part_of(collector)]), tmp_path)
+    return found
+
+
+def test_gaps_name_the_rung_and_the_translated_statement(result: FileResult) -> None:
+    """Both branches of the second IF are missing, and that no condition of the first holds."""
+    assert [str(gap) for gap in gaps([result])] == [
+        "main.xml:6: Main, rung 2: not taken: no condition of the IF was TRUE (no ELSE)",
+        "main.xml:6: Main, rung 2: not taken: IF Stop",
+        "main.xml:6: Main, rung 2: not taken: ELSIF Count > 100",
+    ]
+
+
+def test_the_table_names_the_rung_in_place_of_lines(result: FileResult) -> None:
+    assert missing(result) == "Main, rung 2"
+
+
+def test_each_statement_of_a_line_is_counted(result: FileResult) -> None:
+    """Rung 2 has six statements for line 6; the two that did not run are 0 times executed."""
+    counts = [(item.text, item.hits) for item in result.statements if item.line == 6]
+    assert counts == [
+        ("Motor := Lamp;", 3),
+        ("IF Motor THEN", 3),
+        ("Count := Count + 1;", 3),
+        ("IF Stop THEN", 3),
+        ("Count := 0;", 0),
+        ("Count := 100;", 0),
+    ]
+
+
+def test_the_page_has_a_heading_for_each_rung(result: FileResult) -> None:
+    """Behind the heading are the statements of the rung with their counts; links go to line 6."""
+    (page,) = (text for name, text in pages([result], "p").items() if name != "index.html")
+    headings = re.findall(r'<tr class="network"><th colspan="4">(.*?)</th></tr>', page)
+    assert headings == ["Main, rung 1", "Main, rung 2", "Main, rung 3"]
+    rows = re.findall(
+        r'<tr id="(L6[^"]*)" class="([^"]*)">.*?"hits">(\d*)<.*?"text">(.*?)</td>', page
+    )
+    assert [(name, style, hits, text.strip()) for name, style, hits, text in rows] == [
+        ("L6", "bad", "", "(* rung 2 *)"),
+        ("L6.1", "good", "3", "Motor := Lamp;"),
+        ("L6.2", "good", "3", "IF Motor THEN"),
+        ("L6.3", "good", "3", "Count := Count + 1;"),
+        ("L6.4", "", "", "END_IF;"),
+        ("L6.5", "good", "3", "IF Stop THEN"),
+        ("L6.6", "bad", "0", "Count := 0;"),
+        ("L6.7", "", "", "ELSIF Count &gt; 100 THEN"),
+        ("L6.8", "bad", "0", "Count := 100;"),
+        ("L6.9", "", "", "END_IF;"),
+    ]
+    assert '<a href="#L6">line 6</a> Main, rung 2: not taken: IF Stop' in page
+
+
+def test_the_tracefile_has_the_lines_of_the_file(result: FileResult) -> None:
+    """Each line occurs once, with a plain number; line 6 has the lowest count of its statements."""
+    lines = [line for line in tracefile([result]).splitlines() if line.startswith("DA:")]
+    assert lines == ["DA:4,3", "DA:6,0", "DA:8,3", "DA:9,3"]
+
+
+def test_a_network_whose_elements_are_mixed_with_another_has_one_heading() -> None:
+    """Lines 2 and 4 are of network 1, line 3 is of network 2: the page shows 2, 4, 3."""
+    result = FileResult("a.xml", {2: "A := B;", 3: "C := D;", 4: "E := F;"})
+    result.networks = {2: "Main, network 1", 3: "Main, network 2", 4: "Main, network 1"}
+    (page,) = (text for name, text in pages([result], "p").items() if name != "index.html")
+    found = re.findall(r'<th colspan="4">(.*?)</th>|<tr id="(L\d)"', page)
+    shown = [heading or row for heading, row in found]
+    assert shown == ["Main, network 1", "L2", "L4", "Main, network 2", "L3"]

@@ -1,0 +1,161 @@
+"""Add-On Instructions with ladder logic, and their calls in rungs.
+
+Source: Rockwell 1756-PM010, scan modes and parameters.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import pytest
+
+from l5x_ladder import main_body, program, read, routine, written
+from structured_text.engines.builtin import BuiltinProgram
+from structured_text.projects.model import Foreign
+
+_PARAMETERS = """
+<Parameter Name="EnableIn" DataType="BOOL" Usage="Input" Required="false"/>
+<Parameter Name="EnableOut" DataType="BOOL" Usage="Output" Required="false"/>
+<Parameter Name="Raw" DataType="DINT" Usage="Input" Required="true"/>
+<Parameter Name="Extra" DataType="DINT" Usage="Input" Required="false"/>
+<Parameter Name="Value" DataType="DINT" Usage="Output" Required="true"/>
+<Parameter Name="Total" DataType="DINT" Usage="InOut" Required="true"/>
+<Parameter Name="On" DataType="BOOL" Usage="Output" Required="false"/>
+"""
+_LOGIC = ["MUL(Raw,2,Value)ADD(Total,Value,Total);", "GRT(Raw,Extra)OTE(On);"]
+_TAGS = {"m": "Scale", "total": "DINT"}
+
+
+def _written(
+    folder: Path,
+    *rungs: str,
+    logic: Sequence[str] = _LOGIC,
+    false: Sequence[str] = (),
+    attributes: str = "",
+) -> Path:
+    routines = routine("Logic", logic) + (routine("EnableInFalse", false) if false else "")
+    aoi = (
+        f'<AddOnInstructionDefinition Name="Scale"{attributes}><Parameters>{_PARAMETERS}'
+        f"</Parameters><Routines>{routines}</Routines></AddOnInstructionDefinition>"
+    )
+    return written(folder, rungs, tags=_TAGS, aois=aoi)
+
+
+def _run(running: BuiltinProgram, **values: object) -> None:
+    for name, value in values.items():
+        running.write(f"Main.{name}", value)
+    running.scan(0)
+
+
+def test_a_call_passes_its_required_parameters(tmp_path: Path) -> None:
+    """Raw gets 7, Value goes to j, and Total is the tag itself; the name On gets a suffix."""
+    running = program(_written(tmp_path, "Scale(m,i,j,total)OTE(a);"))
+    _run(running, i=7, total=100)
+    found = [running.read(f"Main.{name}") for name in ("j", "total", "m.On_1", "a")]
+    assert found == [14, 114, True, True]
+
+
+def test_arguments_are_converted(tmp_path: Path) -> None:
+    """An INT becomes the input's DINT, and the DINT output is written to a REAL and to an element.
+
+    A REAL input of 2.5 is rounded to 2.
+    """
+    rungs = "Scale(m,v,x,total)Scale(m,x,list[i],total)Scale(m,2.5,bytes[1],total);"
+    running = program(_written(tmp_path, rungs))
+    _run(running, v=-3, i=2)
+    assert [running.read(f"Main.{name}") for name in ("x", "list[2]")] == [-6.0, -12]
+    assert running.read("Main.total") == -14
+
+
+def test_without_power_the_logic_does_not_run(tmp_path: Path) -> None:
+    """Without power outputs stay, and the coil behind the call is FALSE."""
+    running = program(_written(tmp_path, "XIC(b)Scale(m,i,j,total)OTE(a);"))
+    _run(running, i=7, j=3)
+    assert [running.read(f"Main.{name}") for name in ("j", "total", "a")] == [3, 0, False]
+
+
+def test_without_power_the_inputs_are_passed(tmp_path: Path) -> None:
+    """Inputs get their values although the logic does not run; a later rung reads them.
+
+    Source: 1756-PM010, scan mode False: input parameters are passed values.
+    """
+    running = program(_written(tmp_path, "XIC(b)Scale(m,i,j,total);", "MOV(m.Raw,k);"))
+    _run(running, i=7)
+    assert running.read("Main.k") == 7
+
+
+def test_enable_in_false_runs_in_place_of_the_logic(tmp_path: Path) -> None:
+    """Without power the routine EnableInFalse sets Value to -1, and passes it to j."""
+    attributes = ' ExecuteEnableInFalse="true"'
+    file = _written(
+        tmp_path, "XIC(b)Scale(m,i,j,total)OTE(a);", false=["MOV(-1,Value);"], attributes=attributes
+    )
+    running = program(file)
+    _run(running, i=7)
+    assert [running.read(f"Main.{name}") for name in ("j", "total", "a")] == [-1, 0, False]
+    _run(running, b=True)
+    assert [running.read(f"Main.{name}") for name in ("j", "total", "a")] == [14, 14, True]
+
+
+def test_enable_in_false_is_not_used_if_it_is_switched_off(tmp_path: Path) -> None:
+    """A routine EnableInFalse runs only if the instruction says so."""
+    file = _written(
+        tmp_path,
+        "XIC(b)Scale(m,i,j,total);",
+        false=["MOV(-1,Value);"],
+        attributes=' ExecuteEnableInFalse="false"',
+    )
+    running = program(file)
+    _run(running, i=7, j=3)
+    assert running.read("Main.j") == 3
+
+
+def test_an_unread_enable_in_false_makes_the_instruction_unread(tmp_path: Path) -> None:
+    """The instruction is not run with a half of its routines; the reason names the routine."""
+    file = _written(
+        tmp_path,
+        "XIC(b)Scale(m,i,j,total);",
+        false=["XYZ(1);"],
+        attributes=' ExecuteEnableInFalse="true"',
+    )
+    (block,) = [unit.piece for unit in read(file).units if unit.name == "Scale"]
+    assert isinstance(block.body, Foreign)
+    assert "its routine EnableInFalse is not read: rung 0: the instruction XYZ" in block.body.why
+
+
+def test_enable_out_decides_whether_power_passes(tmp_path: Path) -> None:
+    """EnableOut is TRUE at first; the logic clears it if Raw is 5, and the coil has no power."""
+    logic = ["EQU(Raw,5)OTU(EnableOut);"]
+    running = program(_written(tmp_path, "Scale(m,i,j,total)OTE(a);", logic=logic))
+    seen = []
+    for value in (4, 5, 6):
+        _run(running, i=value)
+        seen.append(running.read("Main.a"))
+    assert seen == [True, False, True]
+
+
+def test_enable_in_is_true_while_the_logic_runs(tmp_path: Path) -> None:
+    """The logic may read EnableIn."""
+    running = program(
+        _written(tmp_path, "Scale(m,i,j,total);", logic=["XIC(EnableIn)MOV(9,Value);"])
+    )
+    _run(running)
+    assert running.read("Main.j") == 9
+
+
+@pytest.mark.parametrize(
+    ("rung", "why"),
+    [
+        ("Scale(m,i,j);", "rung 0: SCALE has 2 operands behind its instance, not 3: Raw, Value"),
+        ("Scale(i,i,j,total);", "rung 0: i is not a SCALE"),
+        ("Scale(m,?,j,total);", "rung 0: SCALE has no operand 2"),
+        ("Scale(m,i,j,x);", "rung 0: x is not a DINT, as the in-out parameter of SCALE is"),
+        ("Scale(m,i,j,5);", "rung 0: a tag is needed here, not '5'"),
+    ],
+)
+def test_a_wrong_argument_is_named(tmp_path: Path, rung: str, why: str) -> None:
+    """The reason has the rung and the instruction."""
+    body = main_body(_written(tmp_path, rung))
+    assert isinstance(body, Foreign)
+    assert body.why.startswith(why)
