@@ -140,12 +140,24 @@ def _boxes(file: Path, pou: str) -> list[tuple[int, int, int, int]]:
 def test_the_elements_of_a_drawing_do_not_overlap(name: str, tmp_path: Path) -> None:
     """Source: docs/how-to/export.md, Ladder."""
     written_ladder([examples()[name].folder], tmp_path / "ladder.xml")
-    root = ET.parse(tmp_path / "ladder.xml").getroot()
+    _check_places(tmp_path / "ladder.xml")
+
+
+def test_parallel_contacts_at_two_pins_do_not_overlap(small: Path, tmp_path: Path) -> None:
+    """Source: docs/how-to/export.md, Ladder."""
+    small.write_text(_program("A, B, C, D : BOOL; F : SR;", "  F(S1 := A OR B, R := C OR D);"))
+    written_ladder([small], tmp_path / "ladder.xml")
+    _check_places(tmp_path / "ladder.xml")
+
+
+def _check_places(file: Path) -> None:
+    """Check that no two elements of a POU overlap."""
+    root = ET.parse(file).getroot()
     pous = [one for one in root.iter() if local(one) == "pou"]
     drawn = [one.get("name", "") for one in pous if any(local(sub) == "LD" for sub in one.iter())]
     assert drawn
     for pou in drawn:
-        for one, other in itertools.combinations(_boxes(tmp_path / "ladder.xml", pou), 2):
+        for one, other in itertools.combinations(_boxes(file, pou), 2):
             apart = one[2] <= other[0] or other[2] <= one[0] or one[3] <= other[1]
             assert apart or other[3] <= one[1], (pou, one, other)
 
