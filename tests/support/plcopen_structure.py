@@ -12,6 +12,17 @@ _DATA_TYPE = f"({'|'.join({**dict.fromkeys(ELEMENTARY.values())})}|array|derived
 _LISTS = "|".join(SECTIONS.values())
 _REMARKS = "(addData,)?(documentation,)?"
 
+#: Objects of ladder, and the begin of a contact and a coil.
+_OBJECTS = ("comment", "leftPowerRail", "rightPowerRail", "contact", "coil", "inVariable")
+_OBJECTS += ("outVariable", "block")
+_ENDS = "position,(connectionPointIn,)?(connectionPointOut,)?"
+#: The children and attributes of a variable at a contact or coil, and at a pin of a block.
+_VARIABLES = {
+    **dict.fromkeys(("contact", "coil"), ("", "")),
+    "inputVariables": (f"connectionPointIn,{_REMARKS}", "formalParameter"),
+    "outputVariables": (f"connectionPointOut,{_REMARKS}", "formalParameter"),
+}
+
 #: The children of each element, in the order of the schema, as far as this project writes and reads
 #: them. After them, the required attributes.
 _CHILDREN: dict[str, tuple[str, str]] = {
@@ -38,7 +49,25 @@ _CHILDREN: dict[str, tuple[str, str]] = {
     "derived": ("(addData,)?", "name"),
     "enum": ("values,(baseType,)?", ""),
     "values": ("(value,)+", ""),
-    "body": (f"ST,{_REMARKS}", ""),
+    "body": (f"(ST|LD),{_REMARKS}", ""),
+    "LD": (f"(({'|'.join(_OBJECTS)}),)*", ""),
+    "comment": (f"position,content,{_REMARKS}", "localId width height"),
+    "content": ("xhtml,", ""),
+    "leftPowerRail": (f"position,(connectionPointOut,)*{_REMARKS}", "localId"),
+    "rightPowerRail": (f"position,(connectionPointIn,)*{_REMARKS}", "localId"),
+    **dict.fromkeys(("contact", "coil"), (f"{_ENDS}variable,{_REMARKS}", "localId")),
+    "inVariable": (f"position,(connectionPointOut,)?expression,{_REMARKS}", "localId"),
+    "outVariable": (f"position,(connectionPointIn,)?expression,{_REMARKS}", "localId"),
+    "block": (
+        f"position,inputVariables,inOutVariables,outputVariables,{_REMARKS}",
+        "localId typeName",
+    ),
+    **dict.fromkeys(("inputVariables", "inOutVariables", "outputVariables"), ("(variable,)*", "")),
+    "connectionPointIn": ("(relPosition,)?((connection,)+|expression,)?(addData,)?", ""),
+    "connectionPointOut": ("(relPosition,)?(expression,)?(addData,)?", ""),
+    "connection": ("(position,)*(addData,)?", "refLocalId"),
+    **dict.fromkeys(("position", "relPosition"), ("", "x y")),
+    "expression": ("", ""),
     "instances": ("configurations,", ""),
     "configurations": ("(configuration,)*", ""),
     "configuration": (f"(resource,)*(globalVars,)*{_REMARKS}", "name"),
@@ -59,8 +88,8 @@ def local(element: ET.Element) -> str:
 def check_structure(root: ET.Element) -> None:
     """Check that elements and attributes are where the schema of TC6 2.01 allows them.
 
-    The check covers projects in Structured Text. It refuses ladder, function block diagrams and
-    other languages.
+    The check covers projects in Structured Text and in ladder. It refuses function block diagrams
+    and other languages.
 
     Raises:
         InputError: the namespace is wrong, an element is unknown or misplaced, or an attribute is
@@ -75,8 +104,9 @@ def check_structure(root: ET.Element) -> None:
         path = f"{above}/{name}"
         known = _CHILDREN.get(name)
         if known is None or not element.tag.startswith(f"{{{NAMESPACE}}}"):
-            raise InputError(f"{path}: <{name}> is not supported", hint="use Structured Text")
-        children, attributes = known
+            raise InputError(f"{path}: <{name}> is not supported", hint="use ST or LD")
+        parent = above.rpartition("/")[2]
+        children, attributes = _VARIABLES.get(parent, known) if name == "variable" else known
         if name == "value":
             continue
         for attribute in attributes.split():

@@ -19,17 +19,25 @@ def export(
     *,
     only_needed: bool = False,
     prefix: str | None = None,
+    ladder: bool = False,
 ) -> Output:
     """Write the library and a user's files in the format of a target.
 
     `target` is a key of `TARGETS`. If `lib` is None, the library of this package is exported. If
     `prefix` is None, the names of the library stay unchanged. With `only_needed`, only the parts
-    that the program needs are exported.
+    that the program needs are exported. With `ladder`, the bodies of the user's programs and blocks
+    are written as ladder.
     """
     folder = default_lib() if lib is None else lib
     names = library_names(lib)
     return targets.export(
-        target, folder, program, only_needed=only_needed, prefix=prefix, names=names
+        target,
+        folder,
+        program,
+        only_needed=only_needed,
+        prefix=prefix,
+        names=names,
+        ladder=ladder,
     )
 
 

@@ -40,6 +40,13 @@ def export(
         str | None,
         typer.Option(help="Prefix for the library's names, such as RCX_. Default: none."),
     ] = None,
+    ladder: Annotated[
+        bool,
+        typer.Option(
+            "--ladder",
+            help="Write the bodies of the programs and blocks in --program as ladder (plcopen).",
+        ),
+    ] = False,
     allow_missing: Annotated[
         bool, typer.Option("--allow-missing", help="Write even if a part cannot be exported.")
     ] = False,
@@ -50,7 +57,7 @@ def export(
     Exit code: 0; 1 if a part cannot be exported (nothing is written without
     `--allow-missing`); 2 on errors in the sources or if the output exists.
     """
-    output = make(target, lib, program or [], only_needed=needed, prefix=prefix)
+    output = make(target, lib, program or [], only_needed=needed, prefix=prefix, ladder=ladder)
     place = Path(f"{library_names(lib).file}{TARGETS[target].ending}") if out is None else out
     for one in output.missing:
         print(legible(f"not carried: {one}"))

@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
+from dataclasses import replace
 from xml.etree import ElementTree as ET
 
 from structured_text.errors import COMMAND
 from structured_text.export.body import Body, Scope
+from structured_text.export.ladder.body import Ladder, ladder_of
+from structured_text.export.ladder.drawing import write_diagram
 from structured_text.export.output import Output
 from structured_text.export.parts import Part, Sources
 from structured_text.export.words import words
@@ -16,7 +20,7 @@ from structured_text.language.printer import expression_text, init_text
 from structured_text.output.exported import release
 from structured_text.projects import plcopen
 
-__all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_plcopen"]
+__all__ = ["ELEMENTARY", "NAMESPACE", "POU_KINDS", "SECTIONS", "XHTML", "to_ladder", "to_plcopen"]
 
 NAMESPACE = "http://www.plcopen.org/xml/tc6_0201"
 XHTML = "http://www.w3.org/1999/xhtml"
@@ -55,6 +59,21 @@ def to_plcopen(sources: Sources) -> Output:
     The schema does not provide for comments of an enumeration's members. They are part of the
     documentation of the type.
     """
+    return _project(sources, {})
+
+
+def to_ladder(sources: Sources) -> Output:
+    """Write one project in which the bodies of the user's programs and blocks are ladder.
+
+    The library stays in Structured Text. So do functions.
+    """
+    users = [part for part in sources.of("PROGRAM", "FUNCTION_BLOCK") if part.folder == "program"]
+    ladders = {part.name: ladder_of(part, sources) for part in users}
+    notes = tuple(note for ladder in ladders.values() for note in ladder.notes)
+    return replace(_project(sources, ladders), notes=notes)
+
+
+def _project(sources: Sources, ladders: Mapping[str, Ladder]) -> Output:
     root = ET.Element("project", xmlns=NAMESPACE)
     root.set("xmlns:xhtml", XHTML)
     _headers(root, sources.names)
@@ -64,7 +83,10 @@ def to_plcopen(sources: Sources) -> Output:
         _data_type(data_types, part)
     pous = ET.SubElement(types, "pous")
     for part in sources.of(*POU_KINDS):
-        _pou(pous, part, sources)
+        ladder = ladders.get(part.name, Ladder())
+        for block in ladder.blocks:
+            _pou(pous, block, sources, Ladder())
+        _pou(pous, part, sources, ladder)
     configurations = ET.SubElement(ET.SubElement(root, "instances"), "configurations")
     for part in sources.of("CONFIGURATION"):
         _configuration(configurations, part)
@@ -167,7 +189,7 @@ def _value(parent: ET.Element, init: s.Init) -> None:
         ET.SubElement(parent, "simpleValue", value=init_text(init))
 
 
-def _pou(parent: ET.Element, part: Part, sources: Sources) -> None:
+def _pou(parent: ET.Element, part: Part, sources: Sources, ladder: Ladder) -> None:
     node = part.node
     assert isinstance(node, s.Pou)
     element = ET.SubElement(parent, "pou", name=part.name, pouType=POU_KINDS[part.kind])
@@ -176,9 +198,26 @@ def _pou(parent: ET.Element, part: Part, sources: Sources) -> None:
         _type(ET.SubElement(interface, "returnType"), node.result, part)
     for section in node.sections:
         _section(interface, section, part)
-    body = Body(part.body, Scope.of(part, sources), words("iec")).all()
-    ET.SubElement(ET.SubElement(ET.SubElement(element, "body"), "ST"), "xhtml:p").text = body
+    if ladder.variables:
+        _added(ET.SubElement(interface, SECTIONS["VAR"]), ladder)
+    body = ET.SubElement(element, "body")
+    scope = Scope.of(part, sources)
+    if ladder.diagram is not None:
+        write_diagram(body, ladder.diagram, lambda text: Body(text, scope, words("iec")).all())
+    else:
+        text = Body(part.body, scope, words("iec")).all()
+        ET.SubElement(ET.SubElement(body, "ST"), "xhtml:p").text = text
     _document(element, _said(part))
+
+
+def _added(parent: ET.Element, ladder: Ladder) -> None:
+    """Add the variables that the rungs need in addition to those of the POU."""
+    for name, kind in ladder.variables:
+        element = ET.SubElement(ET.SubElement(parent, "variable", name=name), "type")
+        if plain := ELEMENTARY.get(kind):
+            ET.SubElement(element, plain)
+        else:
+            ET.SubElement(element, "derived", name=kind)
 
 
 def _section(parent: ET.Element, section: s.Section, part: Part) -> None:

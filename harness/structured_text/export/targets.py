@@ -13,7 +13,7 @@ from structured_text.export.mitsubishi import to_mitsubishi
 from structured_text.export.omron import to_omron
 from structured_text.export.output import Output
 from structured_text.export.parts import Sources, comment, sources_of
-from structured_text.export.plcopen import to_plcopen
+from structured_text.export.plcopen import to_ladder, to_plcopen
 from structured_text.export.scl import to_scl
 from structured_text.export.twincat import to_twincat
 from structured_text.language.compiling import deeply
@@ -32,11 +32,14 @@ class Target:
         about: A description in one line.
         ending: End of the name of the output; `/` stands for a folder.
         write: The function that creates the output from the sources.
+        write_ladder: The function that writes the user's programs as ladder; None if the format
+            has no ladder.
     """
 
     about: str
     ending: str
     write: Callable[[Sources], Output]
+    write_ladder: Callable[[Sources], Output] | None = None
 
 
 def _to_st(sources: Sources) -> Output:
@@ -52,6 +55,7 @@ TARGETS = {
         "PLCopen TC6 XML 2.01: Beremiz, CODESYS, Machine Expert",
         ".xml",
         to_plcopen,
+        to_ladder,
     ),
     "twincat": Target(
         "TwinCAT 3: .TcPOU, .TcDUT and a .plcproj to copy from", "_twincat/", to_twincat
@@ -84,6 +88,7 @@ def export(
     only_needed: bool = False,
     prefix: str | None = None,
     names: Names | None = None,
+    ladder: bool = False,
 ) -> Output:
     """Return the library, and a user's files with it, in a target's format, or raise InputError.
 
@@ -94,15 +99,22 @@ def export(
         only_needed: Omit the parts of the library that the program does not need.
         prefix: Prefix for the names of the library; None leaves them unchanged.
         names: Names and texts about the library.
+        ladder: Write the bodies of the user's programs and blocks as ladder.
     """
     found = TARGETS.get(target)
     if found is None:
         raise InputError(f"there is no target {target!r}", hint=f"use {', '.join(TARGETS)}")
+    write = found.write_ladder if ladder else found.write
+    if write is None:
+        able = ", ".join(name for name, one in TARGETS.items() if one.write_ladder)
+        raise InputError(f"--ladder is not possible for {target}", hint=f"it is for {able}")
+    if ladder and not program:
+        raise InputError("--ladder requires a program", hint="name it with --program")
 
     def made() -> Output:
         sources = sources_of(lib, program, only_needed=only_needed, prefix=prefix, names=names)
         inputs = frozenset(part.file for part in sources.parts)
-        return replace(found.write(sources), inputs=inputs, recorded=True)
+        return replace(write(sources), inputs=inputs, recorded=True)
 
     try:
         return deeply(made)
