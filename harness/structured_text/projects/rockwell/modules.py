@@ -27,6 +27,12 @@ _USED = re.compile(
     r"(?P<rest>(?:\.\w+|\[[^\[\]]*\])*)(?P<closed>\s*\))?",
     re.IGNORECASE,
 )
+#: Matches any tag in the same way.
+_NAMED = re.compile(
+    r"(?:\b(?P<bit>XIC|XIO|OTE|OTL|OTU)\s*\(\s*)?(?<![\w.:\\])(?P<tag>[^\W\d]\w*)(?![\w:(])"
+    r"(?P<rest>(?:\.\w+|\[[^\[\]]*\])*)(?P<closed>\s*\))?",
+    re.IGNORECASE,
+)
 _STEP = re.compile(r"\.(\w+)|\[([^\[\]]*)\]")
 #: Index of the highest bit of a member that is declared only by its uses.
 _TOP_BIT = 31
@@ -81,13 +87,10 @@ def module_tags(root: Element) -> ModuleTags:
 
 
 def texts_of(root: Element) -> Iterator[tuple[str, int]]:
-    """Yield the texts of a file that mention tags, with their lines: rungs, statements, aliases."""
+    """Yield the texts of a file that mention tags, with their lines: rungs and statements."""
     for routine in root.below("Routine"):
         for part in routine.below("Text", "Line", "IRef", "ORef", "ICon"):
             yield part.get("Operand") or part.text(), part.at
-    for tag in root.below("Tag", "LocalTag"):
-        if tag.get("AliasFor"):
-            yield tag.get("AliasFor"), tag.at
 
 
 # --- tags that a module describes -------------------------------------------------------------
@@ -203,15 +206,24 @@ class _Use:
 
 
 def _uses(root: Element) -> dict[str, _Use]:
+    """Return the uses of the tags of modules, also by the names of aliases."""
     found: dict[str, _Use] = {}
+    aliases = {
+        tag.get("Name").upper(): tag.get("AliasFor")
+        for tag in root.below("Tag")
+        if ":" in tag.get("AliasFor")
+    }
     for text, at in texts_of(root):
-        if ":" in text:
-            for one in _USED.finditer(text):
-                steps = _STEP.findall(one["rest"])
-                key = one["tag"].upper()
-                use = found.setdefault(key, _Use(at, one["tag"]))
-                flag = bool(one["bit"] and one["closed"])
-                use.add(steps, flag=flag)
+        uses = list(_USED.finditer(text)) if ":" in text else []
+        for one in _NAMED.finditer(text) if aliases else ():
+            target = aliases.get(one["tag"].upper())
+            if target is not None:
+                behind = ")" if one["closed"] else ""
+                whole = f"{one['bit'] or 'X'}({target}{one['rest']}{behind}"
+                uses += _USED.finditer(whole)
+        for one in uses:
+            use = found.setdefault(one["tag"].upper(), _Use(at, one["tag"]))
+            use.add(_STEP.findall(one["rest"]), flag=bool(one["bit"] and one["closed"]))
     return found
 
 

@@ -99,6 +99,11 @@ class _Reader:
         self._tags, self._aliases = self._told_apart(controller, self._modules.aliases)
         self._tags += self._modules.tags
         self._global = {_key(one): self._data(one) for one in self._tags}
+        shared = {_key(one): one for one in self._tags}
+        for owner in root.below("Program", "AddOnInstructionDefinition"):
+            local = (*owner.all("Tags", "Tag"), *owner.all("LocalTags", "LocalTag"))
+            texts = [one.text() for one in owner.below("Text")]
+            self._values.know_presets(texts, {**shared, **{_key(one): one for one in local}})
 
     def _error(self, message: str, element: Element, hint: str = "") -> InputError:
         return InputError(message, file=self._file, line=element.at, hint=hint)
