@@ -159,3 +159,20 @@ def test_a_wrong_argument_is_named(tmp_path: Path, rung: str, why: str) -> None:
     body = main_body(_written(tmp_path, rung))
     assert isinstance(body, Foreign)
     assert body.why.startswith(why)
+
+
+def test_a_parameter_may_be_a_bit_of_a_local_tag(tmp_path: Path) -> None:
+    """An alias of `Word.2` is a BOOL, and the call reads it behind the logic."""
+    parameters = (
+        '<Parameter Name="EnableIn" DataType="BOOL" Usage="Input" Required="false"/>'
+        '<Parameter Name="Third" TagType="Alias" AliasFor="Word.2" Usage="Output"'
+        ' Required="true"/>'
+    )
+    aoi = (
+        f'<AddOnInstructionDefinition Name="Bits"><Parameters>{parameters}</Parameters>'
+        '<LocalTags><LocalTag Name="Word" DataType="DINT"/></LocalTags>'
+        f"<Routines>{routine('Logic', ['MOV(4,Word);'])}</Routines></AddOnInstructionDefinition>"
+    )
+    running = program(written(tmp_path, ["Bits(n,a);"], tags={"n": "Bits"}, aois=aoi))
+    _run(running)
+    assert running.read("Main.a") is True
