@@ -188,3 +188,11 @@ def test_a_type_that_only_values_describe(tmp_path: Path) -> None:
     )
     program = _program(_sources(tmp_path, "r := S.Level;", shared=shared))
     assert program.read("Main.r") == 1.5
+
+
+def test_a_module_of_a_network_with_numbers_has_its_own_name(tmp_path: Path) -> None:
+    """The address 3 on ControlNet is not a slot."""
+    drive = _DRIVE.replace('Address="10.0.0.3" Type="Ethernet"', 'Address="3" Type="ControlNet"')
+    assert drive != _DRIVE
+    program = _program(_sources(tmp_path, "r := Pump:I1.Speed;", modules=drive))
+    assert program.read("Main.r") == 0.0

@@ -298,3 +298,47 @@ def test_only_functions_that_are_used_are_declared(tmp_path: Path) -> None:
     names = {unit.name for unit in read(written(tmp_path, ["CTU(cnt,?,?);"], tags=_TIMERS)).units}
     assert {"L5X_CTU", "COUNTER"} <= names
     assert not {"L5X_TON", "L5X_TIMED"} & names
+
+
+def test_osf_is_not_triggered_by_the_first_scan(tmp_path: Path) -> None:
+    """The storage bit was TRUE; the prescan clears it. Source: Studio 5000 help, OSF, prescan."""
+    running = _program(tmp_path, "XIC(a)OSF(d,e);", d=True)
+    running.scan(0)
+    assert running.read("Main.e") is False
+
+
+def test_presets_of_an_array_of_timers_are_read(tmp_path: Path) -> None:
+    """The values of the array give the timers 0 and 2 their presets."""
+    file = written(tmp_path, ["TON(many[2],?,?);"], tags=_TIMERS)
+    values = "".join(
+        f'<Element Index="[{number}]"><Structure DataType="TIMER">'
+        f'<DataValueMember Name="PRE" DataType="DINT" Value="{value}"/></Structure></Element>'
+        for number, value in enumerate((700, 0, 30))
+    )
+    data = (
+        f'<Data Format="Decorated"><Array DataType="TIMER" Dimensions="3">{values}</Array></Data>'
+    )
+    text = file.read_text(encoding="utf-8")
+    old = 'DataType="TIMER" Dimensions="3"/>'
+    assert old in text
+    file.write_text(text.replace(old, f"{old[:-2]}>{data}</Tag>"), encoding="utf-8")
+    running = program(file)
+    assert [running.read(f"Main.many[{number}].PRE") for number in range(3)] == [700, 0, 30]
+
+
+def test_values_of_an_array_with_two_dimensions_are_read(tmp_path: Path) -> None:
+    """The last index varies first, as in the file."""
+    file = written(tmp_path, ["NOP();"], tags={"grid": "DINT[2 3]"})
+    values = "".join(
+        f'<Element Index="[{row},{column}]" Value="{10 * row + column}"/>'
+        for row in range(2)
+        for column in range(3)
+    )
+    data = f'<Data Format="Decorated"><Array DataType="DINT">{values}</Array></Data>'
+    text = file.read_text(encoding="utf-8")
+    old = 'Dimensions="2 3"/>'
+    assert old in text
+    file.write_text(text.replace(old, f"{old[:-2]}>{data}</Tag>"), encoding="utf-8")
+    running = program(file)
+    cells = [running.read(f"Main.grid[{row},{column}]") for row in range(2) for column in range(3)]
+    assert cells == [0, 1, 2, 10, 11, 12]

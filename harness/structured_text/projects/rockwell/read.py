@@ -7,7 +7,6 @@ other parts of the project need it (see `open`).
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -46,13 +45,13 @@ from structured_text.projects.rockwell.ladder.rungs import read_rungs
 from structured_text.projects.rockwell.ladder.translate import translated_rungs
 from structured_text.projects.rockwell.modules import module_tags
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
+from structured_text.projects.rockwell.values import ENABLE, Values
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
 
 __all__ = ["read_l5x"]
 
 _SECTIONS = {"Input": "VAR_INPUT", "Output": "VAR_OUTPUT", "InOut": "VAR_IN_OUT"}
-_ENABLE = ("ENABLEIN", "ENABLEOUT")
 _PRESCANNED, _SCANNED = f"{VARIABLES}Prescanned", f"{VARIABLES}Scanned"
 
 #: Areas of a module's tags that are set to 0 when the connection to the module is opened.
@@ -65,9 +64,6 @@ _MOST_ALIASES = 50
 _MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
 #: Largest number of elements in a dimension.
 _LARGEST = (1 << 31) - 1
-_INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
-_REAL = re.compile(r"[-+]?[0-9]{1,400}(?:\.[0-9]{0,400})?(?:[eE][-+]?[0-9]{1,3})?")
-_REAL_MOST = 3.4028235e38
 
 
 def read_l5x(root: Element, file: Path) -> Project:
@@ -87,6 +83,7 @@ class _Reader:
         self._aois = list(root.below("AddOnInstructionDefinition"))
         self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
+        self._values = Values(self._types, self._parameters, self._data, self._note)
         self._needs: set[str] = set()
         self._first: list[str] = []
         for kind in self._kinds:
@@ -152,7 +149,7 @@ class _Reader:
             tuple(
                 (plain_tag(one.get("Name")), one.get("Usage"))
                 for one in parameters
-                if one.get("Required") == "true" and _key(one) not in _ENABLE
+                if one.get("Required") == "true" and _key(one) not in ENABLE
             ),
             aoi.get("ExecuteEnableInFalse") == "true",
             "ENABLEOUT" in _code_of(aoi),
@@ -278,7 +275,7 @@ class _Reader:
             if some:
                 yield from made(some[0].at, f"  {head}")
                 for one in some:
-                    initial = "TRUE" if _key(one) == "ENABLEIN" else self._initial(one)
+                    initial = "TRUE" if _key(one) == "ENABLEIN" else self._values.initial(one)
                     yield from made(one.at, f"    {self._declared(one, initial)}")
                 yield from made(some[-1].end, "  END_VAR")
 
@@ -308,7 +305,7 @@ class _Reader:
             own = (
                 one
                 for one in parameters
-                if one.get("Usage") == usage and (_key(one) not in _ENABLE or _key(one) in said)
+                if one.get("Usage") == usage and (_key(one) not in ENABLE or _key(one) in said)
             )
             lines += self._section(word, own, cleared)
         lines += self._section("VAR", local, cleared)
@@ -501,108 +498,11 @@ class _Reader:
                 task.at,
             )
 
-    # --- initial values -------------------------------------------------------------------
-
-    def _initial(self, tag: Element) -> str:
-        """Return the initial value of a tag; empty if the whole value is 0."""
-        data = self._data(tag)
-        if _key_of(tag, "Usage") == "INOUT":
-            return ""
-        if data.type.upper() in self._types.instructions:
-            return "" if data.sizes else self._given(tag, data)
-        for form in (*tag.all("Data"), *tag.all("DefaultData")):
-            if form.get("Format") == "String" and self._types.is_string(data):
-                text = form.text()
-                return text if text.startswith("'") and len(text) > 2 else ""
-            if form.get("Format") == "Decorated":
-                for value in form.children:
-                    return self._value(value, data)
-        return ""
-
-    def _given(self, tag: Element, data: Data) -> str:
-        """Return the values in an instance that differ from the defaults of its instruction."""
-        parameters = self._parameters[data.type.upper()]
-        parts = []
-        for form in (*tag.all("Data"), *tag.all("DefaultData")):
-            for one in form.all("Structure", "DataValueMember"):
-                parameter = parameters.get(_key(one))
-                if parameter is None or _key(one) in _ENABLE:
-                    continue
-                kind = self._data(parameter)
-                text = self._scalar(one, kind)
-                if text != self._initial(parameter):
-                    parts.append(f"{plain_tag(one.get('Name'))} := {text or self._zero(kind)}")
-        return f"({', '.join(parts)})" if parts else ""
-
-    def _value(self, value: Element, data: Data) -> str:
-        if value.name in ("DataValue", "DataValueMember"):
-            return self._scalar(value, data)
-        if value.name in ("Array", "ArrayMember"):
-            items = [self._item(one, data.element) for one in value.all("Element")]
-            if len(data.sizes) != 1 or not any(items):
-                return ""
-            zero = self._zero(data.element)
-            return f"[{', '.join(item or zero for item in items)}]" if zero else ""
-        if value.name in ("Structure", "StructureMember"):
-            if self._types.is_string(data):
-                return ""
-            members = self._types.members.get(data.type.upper(), {})
-            parts = []
-            for one in value.children:
-                member = members.get(_key(one))
-                text = self._value(one, member) if member is not None else ""
-                if text:
-                    parts.append(f"{plain_tag(one.get('Name'))} := {text}")
-            return f"({', '.join(parts)})" if parts else ""
-        return ""
-
-    def _item(self, element: Element, data: Data) -> str:
-        for one in element.children:
-            return self._value(one, data)
-        return self._scalar(element, data)
-
-    def _zero(self, data: Data) -> str:
-        if data.type == "BOOL":
-            return "FALSE"
-        if data.type in ("REAL", "LREAL"):
-            return "0.0"
-        return "0" if data.type in NUMBERS else ""
-
-    def _scalar(self, element: Element, data: Data) -> str:
-        text = element.get("Value")
-        if data.type == "BOOL":
-            return "TRUE" if text in ("1", "true") else ""
-        if data.type not in NUMBERS:
-            return ""
-        value = _number(text, data)
-        if value is None:
-            self._note(f"the initial value {text!r:.60} of a {data.type} is not read", element)
-            return ""
-        if data.stored and value < 0:
-            value += 256 if data.type == "SINT" else 65536
-        return repr(value) if value else ""
-
 
 def _statements(routine: Element) -> list[Line]:
     """Return the statements or rungs of a routine, as lines."""
     texts = (*routine.all("STContent", "Line"), *routine.all("RLLContent", "Rung", "Text"))
     return [line for one in texts for line in one.lines() if line.text.strip()]
-
-
-def _number(text: str, data: Data) -> int | float | None:
-    """Return the number in a text; None if it is malformed or out of the type's range."""
-    plain = text.replace("_", "").strip()
-    if data.type in ("REAL", "LREAL"):
-        found = float(plain) if _REAL.fullmatch(plain) else math.inf
-        most = _REAL_MOST if data.type == "REAL" else math.inf
-        return found if abs(found) <= most and math.isfinite(found) else None
-    if not _INTEGER.fullmatch(plain):
-        return None
-    base, mark, digits = plain.partition("#")
-    try:
-        return int(digits, int(base)) if mark else int(base)
-    except ValueError:
-        return None
 
 
 def _chosen(condition: str, one: Lines, other: Lines, at: int) -> Lines:
