@@ -201,3 +201,22 @@ def test_the_value_of_a_structure_does_not_set_enable_in(tmp_path: Path) -> None
     assert [running.read(f"Main.{name}") for name in ("j", "u.inner.On_1")] == [8, False]
     _run(running, i=6)
     assert running.read("Main.u.inner.On_1") is True
+
+
+def test_parameters_and_aliases_show_the_types_of_a_modules_tag(tmp_path: Path) -> None:
+    """The file has no data of the module. Raw is a DINT, so Ch0 is one; an XIC shows a BOOL."""
+    file = _written(tmp_path, "Scale(m,Card.Ch0,j,total);", "XIC(Ready)OTE(a);")
+    text = file.read_text(encoding="utf-8")
+    aliases = (
+        '<Tag Name="Card" TagType="Alias" AliasFor="Rack:2:I"/>'
+        '<Tag Name="Ready" TagType="Alias" AliasFor="Rack:2:I.Pt0.Data"/>'
+        '<Tag Name="Spare" TagType="Alias" AliasFor="Rack:2:I.Ch7"/>'
+    )
+    file.write_text(text.replace("<Tags>", f"<Tags>{aliases}", 1), encoding="utf-8")
+    notes = read(file).notes
+    assert any("Rack:2:I" in note for note in notes)
+    running = program(file)
+    running.write("Rack_2_I.Ch0", 21)
+    running.write("Rack_2_I.Pt0.Data", True)
+    _run(running)
+    assert [running.read(f"Main.{name}") for name in ("j", "a")] == [42, True]
