@@ -126,6 +126,8 @@ class Values:
             members = self._types.members.get(data.type.upper(), {})
             parts = []
             for one in value.children:
+                if _key(one) in ENABLE and data.type.upper() in self._types.instructions:
+                    continue
                 member = members.get(_key(one))
                 text = self._value(one, member) if member is not None else ""
                 if text:
