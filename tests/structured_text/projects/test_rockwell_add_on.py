@@ -5,7 +5,7 @@ Source: Rockwell 1756-PM010, scan modes and parameters.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pytest
@@ -33,13 +33,14 @@ def _written(
     logic: Sequence[str] = _LOGIC,
     false: Sequence[str] = (),
     attributes: str = "",
+    tags: Mapping[str, str] | None = None,
 ) -> Path:
     routines = routine("Logic", logic) + (routine("EnableInFalse", false) if false else "")
     aoi = (
         f'<AddOnInstructionDefinition Name="Scale"{attributes}><Parameters>{_PARAMETERS}'
         f"</Parameters><Routines>{routines}</Routines></AddOnInstructionDefinition>"
     )
-    return written(folder, rungs, tags=_TAGS, aois=aoi)
+    return written(folder, rungs, tags={**_TAGS, **(tags or {})}, aois=aoi)
 
 
 def _run(running: BuiltinProgram, **values: object) -> None:
@@ -159,3 +160,63 @@ def test_a_wrong_argument_is_named(tmp_path: Path, rung: str, why: str) -> None:
     body = main_body(_written(tmp_path, rung))
     assert isinstance(body, Foreign)
     assert body.why.startswith(why)
+
+
+def test_a_parameter_may_be_a_bit_of_a_local_tag(tmp_path: Path) -> None:
+    """An alias of `Word.2` is a BOOL, and the call reads it behind the logic."""
+    parameters = (
+        '<Parameter Name="EnableIn" DataType="BOOL" Usage="Input" Required="false"/>'
+        '<Parameter Name="Third" TagType="Alias" AliasFor="Word.2" Usage="Output"'
+        ' Required="true"/>'
+    )
+    aoi = (
+        f'<AddOnInstructionDefinition Name="Bits"><Parameters>{parameters}</Parameters>'
+        '<LocalTags><LocalTag Name="Word" DataType="DINT"/></LocalTags>'
+        f"<Routines>{routine('Logic', ['MOV(4,Word);'])}</Routines></AddOnInstructionDefinition>"
+    )
+    running = program(written(tmp_path, ["Bits(n,a);"], tags={"n": "Bits"}, aois=aoi))
+    _run(running)
+    assert running.read("Main.a") is True
+
+
+def test_the_value_of_a_structure_does_not_set_enable_in(tmp_path: Path) -> None:
+    """A member that is an instance begins with its values, but EnableIn is not among them."""
+    file = _written(tmp_path, "Scale(u.inner,i,j,total);", tags={"u": "Outer"})
+    types = (
+        '<DataTypes><DataType Name="Outer"><Members><Member Name="inner" DataType="Scale"'
+        ' Dimension="0"/></Members></DataType></DataTypes>'
+    )
+    value = (
+        '<Data Format="Decorated"><Structure DataType="Outer"><StructureMember Name="inner"'
+        ' DataType="Scale"><DataValueMember Name="EnableIn" DataType="BOOL" Value="1"/>'
+        '<DataValueMember Name="Extra" DataType="DINT" Value="5"/></StructureMember>'
+        "</Structure></Data>"
+    )
+    text = file.read_text(encoding="utf-8")
+    text = text.replace('<Controller Name="C">', f'<Controller Name="C">{types}')
+    tag = '<Tag Name="u" TagType="Base" DataType="Outer"'
+    file.write_text(text.replace(f"{tag}/>", f"{tag}>{value}</Tag>"), encoding="utf-8")
+    running = program(file)
+    _run(running, i=4)
+    assert [running.read(f"Main.{name}") for name in ("j", "u.inner.On_1")] == [8, False]
+    _run(running, i=6)
+    assert running.read("Main.u.inner.On_1") is True
+
+
+def test_parameters_and_aliases_show_the_types_of_a_modules_tag(tmp_path: Path) -> None:
+    """The file has no data of the module. Raw is a DINT, so Ch0 is one; an XIC shows a BOOL."""
+    file = _written(tmp_path, "Scale(m,Card.Ch0,j,total);", "XIC(Ready)OTE(a);")
+    text = file.read_text(encoding="utf-8")
+    aliases = (
+        '<Tag Name="Card" TagType="Alias" AliasFor="Rack:2:I"/>'
+        '<Tag Name="Ready" TagType="Alias" AliasFor="Rack:2:I.Pt0.Data"/>'
+        '<Tag Name="Spare" TagType="Alias" AliasFor="Rack:2:I.Ch7"/>'
+    )
+    file.write_text(text.replace("<Tags>", f"<Tags>{aliases}", 1), encoding="utf-8")
+    notes = read(file).notes
+    assert any("Rack:2:I" in note for note in notes)
+    running = program(file)
+    running.write("Rack_2_I.Ch0", 21)
+    running.write("Rack_2_I.Pt0.Data", True)
+    _run(running)
+    assert [running.read(f"Main.{name}") for name in ("j", "a")] == [42, True]

@@ -64,10 +64,11 @@ def test_lines_name_their_rung_and_comments_are_kept(tmp_path: Path) -> None:
     assert [line.text for line in body] == [
         "  (* Rung 0 *)",
         "  a := TRUE;",
-        "  (* Rung 1: Lamp ( * on* ) *)",
+        "  (* Rung 1: Lamp ( *",
+        "     on* ) *)",
         "  b := TRUE;",
     ]
-    assert [line.network for line in body] == ["rung 0", "rung 0", "rung 1", "rung 1"]
+    assert [line.network for line in body] == ["rung 0"] * 2 + ["rung 1"] * 3
 
 
 def test_an_instruction_behind_an_output_reads_its_new_value(tmp_path: Path) -> None:
@@ -164,6 +165,23 @@ def test_jsr_executes_a_routine_with_power_only(tmp_path: Path) -> None:
         running.scan(scan * 10_000)
         seen.append(tuple(running.read(f"Main.{name}") for name in "ibd"))
     assert seen == [(0, False, False), (1, True, True), (1, False, True), (2, True, False)]
+
+
+def test_a_routine_may_have_the_name_of_a_tag(tmp_path: Path) -> None:
+    """The controller tells tags and routines apart; the method gets a name of its own."""
+    file = written(tmp_path, ["JSR(a,0,0);"], routines={"a": ["OTE(a);"]})
+    assert main_body(file) == ["a_Routine();"]
+    running = program(file)
+    running.scan(0)
+    assert running.read("Main.a") is True
+
+
+def test_a_program_without_its_main_routine_is_noted(tmp_path: Path) -> None:
+    """An exported routine is not the main routine of its program, so nothing calls it."""
+    file = written(tmp_path, ["OTE(a);"])
+    text = file.read_text(encoding="utf-8").replace(' MainRoutineName="Main"', "")
+    file.write_text(text, encoding="utf-8")
+    assert "the program P has no main routine in this file" in read(file).notes[0]
 
 
 def test_power_is_kept_over_a_call_of_a_routine(tmp_path: Path) -> None:

@@ -196,3 +196,10 @@ def test_a_module_of_a_network_with_numbers_has_its_own_name(tmp_path: Path) -> 
     assert drive != _DRIVE
     program = _program(_sources(tmp_path, "r := Pump:I1.Speed;", modules=drive))
     assert program.read("Main.r") == 0.0
+
+
+def test_bits_of_an_alias_show_the_type_of_a_module_without_data(tmp_path: Path) -> None:
+    """The alias stands for the whole tag of the module; the program uses its bits."""
+    shared = '<Tag Name="Panel" TagType="Alias" AliasFor="Net:2:O"/>'
+    program = _program(_sources(tmp_path, "Panel.Data.5 := TRUE; a := TRUE;", shared=shared))
+    assert program.read("Net_2_O.Data") == 32

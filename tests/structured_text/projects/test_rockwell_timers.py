@@ -342,3 +342,53 @@ def test_values_of_an_array_with_two_dimensions_are_read(tmp_path: Path) -> None
     running = program(file)
     cells = [running.read(f"Main.grid[{row},{column}]") for row in range(2) for column in range(3)]
     assert cells == [0, 1, 2, 10, 11, 12]
+
+
+def test_a_preset_that_a_rung_shows_is_the_value_of_a_tag_without_data(tmp_path: Path) -> None:
+    """The tag has no data, so the timer is done after the 30 ms of the rung (assumed)."""
+    running = _program(tmp_path, "XIC(a)TON(tm,30,?);", "XIC(a)CTU(cnt,4,0);")
+    assert running.read("Main.cnt.PRE") == 4
+    assert _steps(running, [(0, True), (29, True), (30, True)], "DN") == [[False], [False], [True]]
+
+
+def test_another_preset_in_the_data_is_noted(tmp_path: Path) -> None:
+    """The data of the tag decide; a note names both numbers."""
+    file = written(tmp_path, ["TON(tm,30,?);"], tags={"tm": "TIMER"})
+    data = (
+        '<Data Format="Decorated"><Structure DataType="TIMER"><DataValueMember Name="PRE"'
+        ' DataType="DINT" Value="16#0000_0032"/></Structure></Data></Tag>'
+    )
+    text = file.read_text(encoding="utf-8")
+    old = 'Name="tm" TagType="Base" DataType="TIMER"/>'
+    assert old in text
+    file.write_text(text.replace(old, f"{old[:-2]}>{data}"), encoding="utf-8")
+    assert program(file).read("Main.tm.PRE") == 50
+    notes = [note.partition(": ")[2] for note in read(file).notes]
+    assert notes == ["the preset of tm is 50, as its data say; a rung shows 30"]
+
+
+def test_a_preset_of_an_element_without_data_is_noted(tmp_path: Path) -> None:
+    """An array without data has the preset 0, and a note says so."""
+    notes = read(written(tmp_path, ["TON(many[1],30,?);"], tags={"many": "TIMER[3]"})).notes
+    assert "many[1] has no data, so its preset is 0, and not 30 as a rung shows" in notes[0]
+
+
+@pytest.mark.parametrize(
+    ("kind", "text", "value"),
+    [
+        ("DINT", "16#ffff_fffe", -2),
+        ("INT", "2#1000_0000_0000_0000", -32768),
+        ("SINT", "16#7f", 127),
+    ],
+)
+def test_a_hexadecimal_value_is_a_bit_pattern(
+    tmp_path: Path, kind: str, text: str, value: int
+) -> None:
+    """The highest bit of a signed type is its sign."""
+    file = written(tmp_path, ["NOP();"], tags={"n": kind})
+    old = f'Name="n" TagType="Base" DataType="{kind}"/>'
+    data = f'<Data Format="Decorated"><DataValue DataType="{kind}" Value="{text}"/></Data></Tag>'
+    content = file.read_text(encoding="utf-8")
+    assert old in content
+    file.write_text(content.replace(old, f"{old[:-2]}>{data}"), encoding="utf-8")
+    assert program(file).read("Main.n") == value

@@ -10,13 +10,18 @@ Source: 1756-PM004, I/O tag addresses: Location:Slot:Type.Member.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
+from structured_text.language.source import Line
+from structured_text.projects.rockwell.data import NUMBERS
 from structured_text.projects.rockwell.decorated import value_of
+from structured_text.projects.rockwell.ladder.model import LadderError, instructions
+from structured_text.projects.rockwell.ladder.neutral_text import read_rung
+from structured_text.projects.rockwell.values import ENABLE
 from structured_text.projects.xml import Element
 
-__all__ = ["ModuleTags", "module_tags", "texts_of"]
+__all__ = ["ModuleTags", "module_tags"]
 
 #: Networks on which a module has an address, but no slot.
 _NETWORKS = ("ETHERNET", "CONTROLNET", "DEVICENET", "SERIAL", "DH+", "RIO", "USB")
@@ -27,6 +32,10 @@ _USED = re.compile(
     r"(?P<rest>(?:\.\w+|\[[^\[\]]*\])*)(?P<closed>\s*\))?",
     re.IGNORECASE,
 )
+#: Matches a name that is not a part of another one.
+_WORD = re.compile(r"(?<![\w.:\\])[^\W\d]\w*(?![\w:])")
+#: Marks a text that is the target of an alias.
+_ALIAS = "alias"
 _STEP = re.compile(r"\.(\w+)|\[([^\[\]]*)\]")
 #: Index of the highest bit of a member that is declared only by its uses.
 _TOP_BIT = 31
@@ -78,16 +87,6 @@ def module_tags(root: Element) -> ModuleTags:
             if image:
                 found.images.add(key)
     return found
-
-
-def texts_of(root: Element) -> Iterator[tuple[str, int]]:
-    """Yield the texts of a file that mention tags, with their lines: rungs, statements, aliases."""
-    for routine in root.below("Routine"):
-        for part in routine.below("Text", "Line", "IRef", "ORef", "ICon"):
-            yield part.get("Operand") or part.text(), part.at
-    for tag in root.below("Tag", "LocalTag"):
-        if tag.get("AliasFor"):
-            yield tag.get("AliasFor"), tag.at
 
 
 # --- tags that a module describes -------------------------------------------------------------
@@ -162,12 +161,17 @@ class _Use:
     flag: bool = False
     bits: bool = False
     refused: bool = False
+    number: str = ""
     size: int = 0
     members: dict[str, _Use] = field(default_factory=dict)
     element: _Use | None = None
 
-    def add(self, steps: list[tuple[str, str]], *, flag: bool) -> None:
+    def add(self, steps: list[tuple[str, str]], *, flag: bool, number: str) -> None:
         """Record a use with members, elements and bits."""
+        if not steps and number:
+            self.refused = self.refused or self.number not in ("", number)
+            self.number = number
+            return
         if not steps:
             self.flag, self.whole = self.flag or flag, self.whole or not flag
             return
@@ -176,11 +180,13 @@ class _Use:
             self.bits = True
             self.refused = self.refused or bool(rest) or int(member[:9]) > _TOP_BIT
         elif member:
-            self.members.setdefault(member.upper(), _Use(self.at, member)).add(rest, flag=flag)
+            self.members.setdefault(member.upper(), _Use(self.at, member)).add(
+                rest, flag=flag, number=number
+            )
         elif index.strip().isdigit() and int(index.strip()[:9]) <= _TOP_INDEX:
             self.size = max(self.size, int(index) + 1)
             self.element = self.element or _Use(self.at)
-            self.element.add(rest, flag=flag)
+            self.element.add(rest, flag=flag, number=number)
         else:
             self.refused = True
 
@@ -190,6 +196,8 @@ class _Use:
         Return None if the uses do not show a type: nothing tells the type of a whole number.
         """
         kinds = (self.bits, self.flag, bool(self.members), self.element is not None)
+        if self.number and not self.refused and not any(kinds):
+            return self.number  # an instruction tells the type of the number
         if self.refused or self.whole or sum(kinds) != 1:
             return None
         if self.bits or self.flag:
@@ -204,15 +212,68 @@ class _Use:
 
 def _uses(root: Element) -> dict[str, _Use]:
     found: dict[str, _Use] = {}
-    for text, at in texts_of(root):
-        if ":" in text:
-            for one in _USED.finditer(text):
-                steps = _STEP.findall(one["rest"])
-                key = one["tag"].upper()
-                use = found.setdefault(key, _Use(at, one["tag"]))
-                flag = bool(one["bit"] and one["closed"])
-                use.add(steps, flag=flag)
+    for text, at, kind in _pieces(root):
+        for one in _USED.finditer(text) if ":" in text else ():
+            steps = _STEP.findall(one["rest"])
+            use = found.setdefault(one["tag"].upper(), _Use(at, one["tag"]))
+            if kind != _ALIAS:  # an alias shows no type; the uses of its name do
+                flag = kind == "BOOL" or bool(one["bit"] and one["closed"])
+                use.add(steps, flag=flag, number="" if kind == "BOOL" else kind)
     return found
+
+
+def _pieces(root: Element) -> Iterator[tuple[str, int, str]]:
+    """Yield the texts that mention tags, their lines, and the type that a whole text must have.
+
+    An alias of a module's tag, or of a part of it, is replaced by the tag. The type is that of the
+    parameter of an Add-On Instruction; it is empty if it is not known.
+    """
+    aliases = {
+        tag.get("Name").upper(): tag.get("AliasFor")
+        for tag in root.below("Tag")
+        if ":" in tag.get("AliasFor")
+    }
+
+    def plain(text: str) -> str:
+        return _WORD.sub(lambda word: aliases.get(word[0].upper(), word[0]), text)
+
+    kinds = {
+        aoi.get("Name").upper(): _kinds_of(aoi) for aoi in root.below("AddOnInstructionDefinition")
+    }
+    for routine in root.below("Routine"):
+        for part in routine.below("Text"):
+            yield from ((plain(text), at, kind) for text, at, kind in _operands(part, kinds))
+        for part in routine.below("Line", "IRef", "ORef", "ICon"):
+            yield plain(part.get("Operand") or part.text()), part.at, ""
+    for tag in root.below("Tag", "LocalTag"):
+        if tag.get("AliasFor"):
+            yield tag.get("AliasFor"), tag.at, _ALIAS
+
+
+def _kinds_of(aoi: Element) -> list[str]:
+    """Return the types of the required parameters that are numbers or BOOL; empty for others."""
+    return [
+        one.get("DataType").upper()
+        if one.get("Usage") != "InOut" and one.get("DataType").upper() in ("BOOL", *NUMBERS)
+        else ""
+        for one in aoi.all("Parameters", "Parameter")
+        if one.get("Required") == "true" and one.get("Name").upper() not in ENABLE
+    ]
+
+
+def _operands(part: Element, kinds: Mapping[str, Sequence[str]]) -> Iterator[tuple[str, int, str]]:
+    """Yield the operands of a rung; an operand of a bit instruction with the instruction."""
+    try:
+        rung = read_rung(part.lines() or [Line("", part.at)])
+    except LadderError:
+        yield part.text(), part.at, ""
+        return
+    for instruction in instructions(rung):
+        known = ["", *kinds.get(instruction.name, ())]
+        for number, operand in enumerate(instruction.operands):
+            kind = known[number] if number < len(known) else ""
+            text = f"{instruction.name}({operand})" if number == 0 else operand
+            yield text, instruction.at, kind
 
 
 def _value_element(shape: str | _Use, name: str, at: int) -> Element:

@@ -99,6 +99,11 @@ class _Reader:
         self._tags, self._aliases = self._told_apart(controller, self._modules.aliases)
         self._tags += self._modules.tags
         self._global = {_key(one): self._data(one) for one in self._tags}
+        shared = {_key(one): one for one in self._tags}
+        for owner in root.below("Program", "AddOnInstructionDefinition"):
+            local = (*owner.all("Tags", "Tag"), *owner.all("LocalTags", "LocalTag"))
+            texts = [one.text() for one in owner.below("Text")]
+            self._values.know_presets(texts, {**shared, **{_key(one): one for one in local}})
 
     def _error(self, message: str, element: Element, hint: str = "") -> InputError:
         return InputError(message, file=self._file, line=element.at, hint=hint)
@@ -136,6 +141,9 @@ class _Reader:
         parameters = aoi.all("Parameters", "Parameter")
         local = {_key(one): one for one in aoi.all("LocalTags", "LocalTag")}
         for one in parameters:  # an alias has the type of the local tag that it refers to
+            base, _, bit = one.get("AliasFor").rpartition(".")
+            if bit.isdigit() and plain_tag(base).upper() in local and not one.get("DataType"):
+                one.attributes["DataType"] = "BOOL"
             target = local.get(plain_tag(one.get("AliasFor")).upper())
             if target is not None and not one.get("DataType"):
                 named = ("DataType", "Dimensions")
@@ -386,7 +394,12 @@ class _Reader:
         tags = {**self._global, **{_key(one): self._data(one) for one in own}}
         routines = {_key(one): one for one in program.all("Routines", "Routine")}
         main = routines.pop(_key_of(program, "MainRoutineName"), None)
-        names = {key: plain_tag(one.get("Name")) for key, one in routines.items()}
+        words = {key: plain_tag(one.get("Name")) for key, one in routines.items()}
+        # tags and routines have names of their own on the controller, but not in the standard
+        names = {key: f"{word}_Routine" if key in tags else word for key, word in words.items()}
+        if main is None and routines and not program.get("MainRoutineName"):
+            text = f"the program {name} has no main routine in this file, so no routine runs"
+            self._note(text, program)
         scope = Routine(self._file, self._types, tags, aliases, names)
         called = {
             key: subroutine_of(names[key], tokens_of(_statements(one)), scope)

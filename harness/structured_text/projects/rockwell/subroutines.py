@@ -31,6 +31,8 @@ __all__ = [
     "subroutine_of",
 ]
 
+#: The end of `JSR(Routine, 0, 0)`, as some files have that are written by hand.
+_EXTRA = [",", "0", ")"]
 _INPUT, _RETURN = f"{VARIABLES}Input", f"{VARIABLES}Return"
 
 
@@ -115,6 +117,9 @@ class SubroutineReader(ExpressionReader):
                 token,
                 "pass a value for each tag of SBR",
             )
+        behind = [self._peek(ahead).text for ahead in range(len(_EXTRA))]
+        if not count and behind == _EXTRA:
+            self._place += len(_EXTRA) - 1
         arguments += self._returned(given, name.text, token)
         self._expect(")")
         return f"{routine}({', '.join(arguments)});"
@@ -150,6 +155,9 @@ class SubroutineReader(ExpressionReader):
         number = 0
         while self._take(","):
             number += 1
+            if self._peek().kind == "number":
+                text = f"JSR returns a value to {self._peek().text}, which is not a tag"
+                raise self._error(text, token, "write JSR(Routine, count, inputs, returns)")
             text, data = self._variable(written=True)
             if number > len(given.returns):
                 raise self._error(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from structured_text.projects.rockwell.data import NUMBERS, Data, Types
 from structured_text.projects.rockwell.expression_reader import plain_tag
@@ -17,6 +17,12 @@ ENABLE = ("ENABLEIN", "ENABLEOUT")
 _INTEGER = re.compile(r"-?[0-9]{1,20}|(?:2|8|16)#[0-9A-Fa-f]{1,64}")
 _REAL = re.compile(r"[-+]?[0-9]{1,400}(?:\.[0-9]{0,400})?(?:[eE][-+]?[0-9]{1,3})?")
 _REAL_MOST = 3.4028235e38
+_WIDTHS = {"SINT": 8, "INT": 16, "DINT": 32, "LINT": 64}
+#: Matches a timer or counter of a rung with a number as its preset.
+_PRESET = re.compile(
+    r"\b(?:TON|TOF|RTO|CTU|CTD)\(\s*(?P<tag>[^\W\d]\w*)(?P<rest>[^,()]*),\s*(?P<preset>\d{1,10})\s*,",
+    re.IGNORECASE,
+)
 
 
 class Values:
@@ -38,6 +44,39 @@ class Values:
     ) -> None:
         self._types, self._parameters = types, parameters
         self._data, self._note = data, note
+        self._presets: dict[int, str] = {}
+
+    def know_presets(self, texts: Iterable[str], tags: Mapping[str, Element]) -> None:
+        """Take the presets that rungs show as the values of tags that have no data.
+
+        `tags` has the tags that the rungs can use, by their names in upper case. A tag with data
+        has its own preset; a note names a rung that shows another one.
+        """
+        for found in (one for text in texts for one in _PRESET.finditer(text)):
+            tag = tags.get(found["tag"].upper())
+            preset = int(found["preset"])
+            if tag is None or not preset:
+                continue
+            name = f"{found['tag']}{found['rest'].strip()}"
+            own = self._preset_of(tag)
+            if found["rest"].strip():
+                if not (tag.all("Data") or tag.all("DefaultData")):
+                    text = f"{name} has no data, so its preset is 0, and not {preset} as a rung"
+                    self._note(f"{text} shows; export it with decorated data", tag)
+            elif own is None:
+                self._presets[id(tag)] = str(preset)
+            elif own != preset:
+                text = f"the preset of {name} is {own}, as its data say; a rung shows {preset}"
+                self._note(text, tag)
+
+    def _preset_of(self, tag: Element) -> int | None:
+        """Return the preset in the decorated data of a timer or counter; None without data."""
+        for form in (*tag.all("Data"), *tag.all("DefaultData")):
+            for one in form.all("Structure", "DataValueMember"):
+                if _key(one) == "PRE":
+                    value = _number(one.get("Value"), Data("DINT"))
+                    return None if value is None else int(value)
+        return None
 
     def initial(self, tag: Element) -> str:
         """Return the initial value of a tag; empty if the whole value is 0."""
@@ -46,6 +85,8 @@ class Values:
             return ""
         if data.type.upper() in self._types.instructions:
             return "" if data.sizes else self._given(tag, data)
+        if id(tag) in self._presets and not data.sizes:
+            return f"(PRE := {self._presets[id(tag)]})"
         for form in (*tag.all("Data"), *tag.all("DefaultData")):
             if form.get("Format") == "String" and self._types.is_string(data):
                 text = form.text()
@@ -85,6 +126,8 @@ class Values:
             members = self._types.members.get(data.type.upper(), {})
             parts = []
             for one in value.children:
+                if _key(one) in ENABLE and data.type.upper() in self._types.instructions:
+                    continue
                 member = members.get(_key(one))
                 text = self._value(one, member) if member is not None else ""
                 if text:
@@ -137,10 +180,17 @@ def _number(text: str, data: Data) -> int | float | None:
     if not _INTEGER.fullmatch(plain):
         return None
     base, mark, digits = plain.partition("#")
+    if not mark:
+        return int(base)
     try:
-        return int(digits, int(base)) if mark else int(base)
+        value = int(digits, int(base))
     except ValueError:
         return None
+    width = _WIDTHS.get(data.type, 0)
+    if not width or value < 1 << (width - 1):
+        return value
+    # a binary, octal or hexadecimal value of a signed type is its bit pattern
+    return value - (1 << width) if value < 1 << width else None
 
 
 def _key(element: Element) -> str:

@@ -7,6 +7,7 @@ executes them: from left to right, and the legs of a branch from top to bottom.
 from __future__ import annotations
 
 from collections.abc import Sequence
+from textwrap import wrap
 
 from structured_text.errors import InputError, near
 from structured_text.language.source import Line
@@ -28,6 +29,8 @@ from structured_text.projects.rockwell.ladder.table import TABLE
 __all__ = ["translated_rungs"]
 
 _INDENT = "  "
+#: Longest line of a rung's comment.
+_WIDTH = 80
 
 
 def translated_rungs(rungs: Sequence[Rung], body: Body) -> Lines:
@@ -62,10 +65,20 @@ def _lines(rung: Rung, number: int, body: Body) -> Lines:
     except InputError as error:
         text = f"{rung.title}: {error.message}"
         raise LadderError(text, error.line or rung.at, error.hint) from None
-    said = in_comment(" ".join(rung.comment.split()))
-    title = f"(* {rung.title.capitalize()}{f': {said}' if said else ''} *)"
-    texts = (title, *flow.lines(lambda place: body.variable(f"Power_{place}")))
+    texts = (*_comment(rung), *flow.lines(lambda place: body.variable(f"Power_{place}")))
     return tuple(Line(f"{_INDENT}{text}", rung.at, network=rung.title) for text in texts)
+
+
+def _comment(rung: Rung) -> list[str]:
+    """Return the lines of a comment with the number of a rung and its comment."""
+    title = rung.title.capitalize()
+    said = in_comment(rung.comment).splitlines()
+    wrapped = [text for line in said for text in wrap(line, _WIDTH)]
+    if not wrapped:
+        return [f"(* {title} *)"]
+    first, *others = wrapped
+    lines = [f"(* {title}: {first}", *(f"   {text}" for text in others)]
+    return [*lines[:-1], f"{lines[-1]} *)"]
 
 
 def _through(series: Series, power: Power, flow: Flow, body: Body) -> Power:
