@@ -75,7 +75,7 @@ def read_project(files: Sequence[Path], device: str = "") -> Project:
     found = found.plus(siemens.started(found.units))
     projects += [found] if found.units or not projects else []
     known = [unit for one in projects for unit in one.units]
-    return joined([replace(one, units=translated(one.units, known)) for one in projects])
+    return joined([translated(one, known) for one in projects])
 
 
 def _read(file: Path, device: str) -> Project:

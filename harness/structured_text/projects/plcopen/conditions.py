@@ -27,7 +27,7 @@ from structured_text.projects.model import Lines, made, without_comments
 from structured_text.projects.plcopen.networks import read_diagram
 from structured_text.projects.xml import Element as Xml
 
-__all__ = ["Diagrams"]
+__all__ = ["Diagrams", "statements_of"]
 
 _OPENS = re.compile(r"\b(?:IF|WHILE)\b", re.IGNORECASE)
 _CLOSES = re.compile(r"\b(?:END_IF|END_WHILE)\b", re.IGNORECASE)
@@ -46,10 +46,12 @@ class Diagrams:
         self,
         chart: Xml,
         dialect: str,
+        sorting: str,
         names: Names,
         translate: Callable[[Diagram], Lines],
     ) -> None:
-        self._chart, self._dialect, self._names = chart, dialect, names
+        self._chart, self._names = chart, names
+        self._dialect, self._sorting = dialect, sorting
         self._translate = translate
         self._count = 0
         self._ends: dict[str, Xml] = {}
@@ -60,11 +62,11 @@ class Diagrams:
 
     def statements(self, body: Xml) -> Lines:
         """Return the statements of an action in LD or FBD."""
-        return self._translate(read_diagram(body, self._dialect))
+        return self._translate(read_diagram(body, self._dialect, self._sorting))
 
     def read(self, body: Xml) -> Diagram:
         """Return the diagram of an `<LD>` or `<FBD>`."""
-        return read_diagram(body, self._dialect)
+        return read_diagram(body, self._dialect, self._sorting)
 
     def connected(self, transition: Xml, condition: Xml) -> str:
         """Return the variable of a condition to which networks of the chart are connected."""
@@ -80,7 +82,7 @@ class Diagrams:
         if not self._ends:
             return
         chart = replace(self._chart, content=[*self._chart.content, *self._ends.values()])
-        whole = read_diagram(chart, self._dialect)
+        whole = read_diagram(chart, self._dialect, self._sorting)
         known = {one.id: one for one in whole.elements}
         used = {one.id for name in self._ends for one in _needed(known[name], known)}
         elements = tuple(one for one in whole.elements if one.id in used)
@@ -121,12 +123,12 @@ class Diagrams:
             self.before += lines
             return
         own = re.compile(rf"\b({'|'.join(variables)})\s*:=")
-        for statement in _statements(lines):
+        for statement in statements_of(lines):
             is_condition = own.search("\n".join(line.text for line in statement))
             (self.before if is_condition else self.blocks).extend(statement)
 
 
-def _statements(lines: Lines) -> Iterator[Lines]:
+def statements_of(lines: Lines) -> Iterator[Lines]:
     """Yield the lines of each statement, without comments between statements."""
     plain = without_comments("\n".join(line.text for line in lines)).split("\n")
     found: list[Line] = []

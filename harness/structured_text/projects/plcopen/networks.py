@@ -69,15 +69,16 @@ class Drawn(Foreign):
     diagram: Diagram = field(default_factory=lambda: Diagram("LD"))
 
 
-def read_diagram(body: Xml, file_dialect: str) -> Diagram:
+def read_diagram(body: Xml, file_dialect: str, sorting: str = "file") -> Diagram:
     """Return the diagram of an `<LD>` or `<FBD>`, or of the networks of an `<SFC>`.
 
     `file_dialect` is the dialect of the tool that has written the file; empty if it is unknown.
+    `sorting` is how elements without a number are ordered if the file has their positions.
 
     Raises:
         DiagramError: The diagram has a part that is not supported.
     """
-    return _Reader(body, file_dialect).diagram()
+    return replace(_Reader(body, file_dialect).diagram(), sorting=sorting)
 
 
 class _Reader:

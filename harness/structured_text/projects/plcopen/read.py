@@ -29,6 +29,7 @@ from structured_text.projects.model import (
 from structured_text.projects.plcopen.devices import choose_device
 from structured_text.projects.plcopen.drawn import Charted, drawn, text_of
 from structured_text.projects.plcopen.networks import DRAWN
+from structured_text.projects.plcopen.sortings import sorting_of
 from structured_text.projects.plcopen.tasks import read_tasks, written_interval
 from structured_text.projects.tasks import by_event, configuration
 from structured_text.projects.xml import Element
@@ -76,7 +77,7 @@ def read_plcopen(root: Element, file: Path, device: str = "") -> Project:
     LD, FBD and SFC are not translated yet; see `drawn`.
     """
     choose_device(root, device, file)
-    reader = _Reader(file, written_by(root))
+    reader = _Reader(file, written_by(root), sorting_of(root))
     units: list[Unit] = []
     for element in root.below("dataType", "pou", "Interface", "configuration", "globalVars"):
         units += reader.units(element)
@@ -114,8 +115,8 @@ def written_by(root: Element) -> str:
 
 
 class _Reader:
-    def __init__(self, file: Path, dialect: str) -> None:
-        self._file, self._dialect = file, dialect
+    def __init__(self, file: Path, dialect: str, sorting: str) -> None:
+        self._file, self._dialect, self._sorting = file, dialect, sorting
         self.notes: tuple[str, ...] = ()
 
     def _error(self, message: str, element: Element) -> InputError:
@@ -173,11 +174,11 @@ class _Reader:
                     found = [Element(next(body.below("data")).get("name"), {}, body.at)]
             for one in found:
                 if one.name in DRAWN and len(bodies) == len(found) == 1:
-                    return drawn(one, self._dialect)
+                    return drawn(one, self._dialect, self._sorting)
                 if one.name == "SFC" and len(bodies) == len(found) == 1:
                     transitions = element.all("transitions", "transition")
                     bodies_of = {one.get("name").upper(): self._body(one) for one in transitions}
-                    return Charted("SFC", one.at, "", one, bodies_of, self._dialect)
+                    return Charted("SFC", one.at, "", one, bodies_of, self._dialect, self._sorting)
                 if one.name in (*DRAWN, "SFC"):
                     why = f"it has several bodies, and one is in {one.name} (draw a single body)"
                     return Foreign(one.name, one.at, why)
