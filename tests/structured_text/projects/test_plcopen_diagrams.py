@@ -184,7 +184,7 @@ def test_networks_are_numbered_from_the_top_with_their_comments(tmp_path: Path) 
         + element("coil", 6, "C", "5", at="99 50")
         + element("comment", 7, "upper", at="200 50", width="40", height="20")
     )
-    text = project("A B C D : BOOL", f"<LD>\n{body}</LD>")
+    text = project("A B C D : BOOL", f"<LD>\n{body}</LD>", company="OpenPLC")
     lines = text_of(tmp_path, text)
     file = text.splitlines()
     places = {words: (network, at) for at, network, words in lines if ":=" in words}

@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 from structured_text.errors import VARIABLES
-from structured_text.projects.diagrams.networks.check import DiagramError, inputs_of
+from structured_text.projects.diagrams.networks.check import DiagramError
 from structured_text.projects.diagrams.networks.model import SORTINGS, Coil, Diagram
 from structured_text.projects.diagrams.networks.order import executed
 from structured_text.projects.diagrams.networks.types import Callee, Types
@@ -31,7 +31,8 @@ _ORDERS = {
     "file": "in the order of the file, outputs before blocks, as in Beremiz since 2022",
     "together": "by position, outputs and blocks together, as in OpenPLC Editor 4",
 }
-_HINT = "give the blocks and output variables an execution order, or move them"
+_HINT = "give blocks and output variables an execution order, and draw coils from top to bottom"
+_PARALLEL = "lead no line on behind a coil that several lines lead to"
 #: The number of networks that a note names.
 _MOST = 4
 #: Marks variables that blocks of the project may share.
@@ -84,24 +85,27 @@ def order_note(diagram: Diagram, translate: Translate, types: Callable[[Lines], 
             changed.update(own.changed(body))
     if not swapped and not changed:
         return ""
-    order = _ORDERS[diagram.sorting]
     if swapped:
-        names = _networks(swapped)
-        text = f"the order of execution {'of' if len(swapped) > 1 else 'in'} {names}"
-        return f"{text} depends on the version of the editor; here it is {order} ({_HINT})"
-    text = f"what {_networks(changed)} computes depends on the version of the editor"
-    return f"{text}; here the order is {order}"
+        of = "of" if len(swapped) > 1 else "in"
+        text, hint = f"the order of execution {of} {_networks(swapped)} depends", _HINT
+    else:
+        text = f"the result of {_networks(changed)} depends"
+        hint = f"{_HINT}; {_PARALLEL}" if _has_parallel(diagram) else _HINT
+    order = _ORDERS[diagram.sorting]
+    return f"{text} on the version of the editor; here it is executed {order} ({hint})"
 
 
 def _key(diagram: Diagram) -> object:
     """Return what a translation depends on: the order, and the power behind parallel lines."""
-    parallel = any(
-        isinstance(element, Coil) and len(pin.connections) > 1
-        for element in diagram.elements
-        for pin in inputs_of(element)
-    )
     order = [element.id for element in executed(diagram)]
-    return order, parallel and diagram.sorting == "together"
+    return order, _has_parallel(diagram) and diagram.sorting == "together"
+
+
+def _has_parallel(diagram: Diagram) -> bool:
+    return any(
+        isinstance(element, Coil) and len(element.input.connections) > 1
+        for element in diagram.elements
+    )
 
 
 def _networks(names: set[str]) -> str:
@@ -211,7 +215,7 @@ class _Effects:
         if assigned:
             yield from _NAME.findall(target)[:1]
         call = _CALL.fullmatch(text)
-        if call is None or assigned:
+        if call is None or assigned or call[1].upper() in ("IF", "ELSIF", "WHILE"):
             return
         callee = self._types.callee(self._types.of(call[1]) or call[1])
         yield from _NAME.findall(call[1])[:1]
