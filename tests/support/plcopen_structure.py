@@ -13,8 +13,10 @@ _LISTS = "|".join(SECTIONS.values())
 _REMARKS = "(addData,)?(documentation,)?"
 
 #: Objects of ladder, and the begin of a contact and a coil.
-_OBJECTS = ("comment", "leftPowerRail", "rightPowerRail", "contact", "coil", "inVariable")
-_OBJECTS += ("outVariable", "block")
+_OBJECTS = (
+    *("comment", "leftPowerRail", "rightPowerRail", "contact", "coil"),
+    *("inVariable", "outVariable", "block"),
+)
 _ENDS = "position,(connectionPointIn,)?(connectionPointOut,)?"
 #: The children and attributes of a variable at a contact or coil, and at a pin of a block.
 _VARIABLES = {

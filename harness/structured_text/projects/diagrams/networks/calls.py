@@ -12,6 +12,7 @@ from typing import Protocol
 
 from structured_text.errors import near
 from structured_text.language.scalars import ANY_BIT, ANY_INT, ANY_REAL
+from structured_text.language.standard import FUNCTIONS, conversion
 from structured_text.projects.diagrams.networks.check import named, wrong
 from structured_text.projects.diagrams.networks.expressions import (
     TRUE,
@@ -504,6 +505,9 @@ class Blocks:
         function = standard_name(element.type)
         if element.id in seen or not function or len(seen) > _FARTHEST:
             return ""
+        pair = conversion(function)
+        if pair is not None:
+            return pair[0]
         # The other inputs and the result of most standard functions have the same type.
         others = [one for one in self._inputs(element) if one.name != name]
         if function in ("SEL", "MUX"):
@@ -511,7 +515,8 @@ class Blocks:
         kinds = [self._type_at(one, seen | {element.id}) for one in others]
         found = common([kind for kind in kinds if not kind.startswith("ANY")], self._types)
         result = self._result_of(element)
-        if not found and function not in _COMPARISONS and result is not None:
+        same = function == "NOT" or (function in FUNCTIONS and FUNCTIONS[function].result == "T")
+        if not found and same and result is not None:
             found = self._expected(element, result.name.upper(), seen)
         return found
 

@@ -365,6 +365,18 @@ def test_the_type_of_an_added_variable(kind: str, pins: dict[str, str], declared
     assert section[1].text.rpartition(" : ")[2] == f"{declared};"
 
 
+def test_a_selection_of_literals_before_a_conversion_is_an_integer(tmp_path: Path) -> None:
+    """0 and 100 are INT, the input of INT_TO_BOOL, although the coil behind it is BOOL."""
+    drawing = Drawing("A, X : BOOL; N : INT;", by_position=False)
+    chosen = drawing.block("SEL", {"G": "=A", "IN0": "=0", "IN1": "=100"})
+    drawing.coil("X", drawing.block("INT_TO_BOOL", {"IN": chosen}))
+    drawing.write("N", chosen)
+    section, _ = drawing.translated()
+    assert section[1].text.rpartition(" : ")[2] == "INT;"
+    given = [{"A": False}, {"A": True}]
+    assert scanned(drawing, tmp_path, given, "X N") == [(False, 0), (True, 100)]
+
+
 def test_a_long_line_is_translated(tmp_path: Path) -> None:
     """Sixty sums in a row, and sixty contacts: twelve values are in one statement at most."""
     drawing = Drawing("A, X : BOOL; N : INT;")
