@@ -45,6 +45,7 @@ from structured_text.projects.rockwell.ladder.rungs import read_rungs
 from structured_text.projects.rockwell.ladder.translate import translated_rungs
 from structured_text.projects.rockwell.modules import module_tags
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
+from structured_text.projects.rockwell.unknown import unknown_types
 from structured_text.projects.rockwell.values import ENABLE, Values
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
@@ -62,6 +63,8 @@ _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
 _MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
+#: Interval of a periodic task without one, in milliseconds: the default of the tool (assumed).
+_RATE = "10"
 #: Largest number of elements in a dimension.
 _LARGEST = (1 << 31) - 1
 
@@ -130,12 +133,25 @@ class _Reader:
         for tag in guessed:
             text = f"the type of {tag.get('Name')} is made from its uses, because the file has no"
             self._note(f"{text} data of this module", tag)
-        types = self._types
-        known = {*types.members, *types.strings, *types.protected, "BOOL", "BIT", *NUMBERS}
-        found = undeclared(Element("", {}, 1, [self._root, *guessed]), known)
+        whole_file = Element("", {}, 1, [self._root, *guessed])
+        found = self._known(undeclared(whole_file, self._names()))
         for kind in found:
+            if kind.get("Family"):
+                length = f"its length is {self._types.strings[_key(kind)]}"
+                self._note(f"the text type {kind.get('Name')} is not in the file; {length}", kind)
+        typed = [*self._root.below("Member", "Tag", "LocalTag", "Parameter"), *guessed]
+        values = unknown_types(self._root, typed, self._names(), self._note)
+        return found + self._known(undeclared(Element("", {}, 1, [*values]), self._names()))
+
+    def _known(self, kinds: list[Element]) -> list[Element]:
+        for kind in kinds:
             self._know_type(kind)
-        return found
+        return kinds
+
+    def _names(self) -> set[str]:
+        """Return the names of all types that are known so far, in upper case."""
+        types = self._types
+        return {*types.members, *types.strings, *types.protected, "BOOL", "BIT", *NUMBERS}
 
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
@@ -232,11 +248,12 @@ class _Reader:
                 kind = text.partition(" ")[0]
                 units.append(Unit(kind, Piece(name, lines), self._file))
         arrays = [self._array(name, data) for name, data in self._types.arrays.items()]
+        names = {_key(one): plain_tag(one.get("Name")) for one in programs}
+        tasks = list(self._tasks(names))
         found = Project((*arrays, *units), tuple(self._notes))
         if not found.units:
             raise InputError("has no data type, instruction or program", file=self._file)
-        names = {_key(one): plain_tag(one.get("Name")) for one in programs}
-        return found.plus(configuration(list(self._tasks(names))))
+        return found.plus(configuration(tasks))
 
     def _array(self, name: str, data: Data) -> Unit:
         text = f"TYPE {name} : {self._types.array(data)}; END_TYPE"
@@ -494,6 +511,9 @@ class _Reader:
                 self._note(f"the task {name} waits for an event and does not run", task)
                 continue
             periodic, rate = kind == "PERIODIC", task.get("Rate")
+            if periodic and "Rate" not in task.attributes:
+                self._note(f"the task {name} has no interval; it is {_RATE} ms", task)
+                rate = _RATE
             yield ToolTask(
                 name if periodic else "",
                 milliseconds_us(rate, name, self._file, task.at) if periodic else 0,
