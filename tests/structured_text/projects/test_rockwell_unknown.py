@@ -159,3 +159,38 @@ def test_a_number_may_begin_with_its_point(tmp_path: Path) -> None:
     """`.5` is a number, and `i.1` is still a bit."""
     running = _scanned(_file(tmp_path, ["CPT(x,y*.5);", "XIC(i.1)OTE(a);"]), y=3.0, i=2)
     assert (running.read("Main.x"), running.read("Main.a")) == (1.5, True)
+
+
+_DRIVE = """<AddOnInstructionDefinition Name="Drive"><Parameters>
+<Parameter Name="Card" TagType="Base" DataType="MODULE" Usage="InOut" Required="true"/>
+<Parameter Name="Io" TagType="Base" DataType="AB:Drive:I:0" Usage="InOut" Required="true"/>
+<Parameter Name="Runs" TagType="Base" DataType="BOOL" Usage="Output"/></Parameters>
+<Routines><Routine Name="Logic" Type="RLL"><RLLContent><Rung Number="0" Type="N">
+<Text><![CDATA[XIC(Io.Active)OTE(Runs);]]></Text></Rung></RLLContent></Routine></Routines>
+</AddOnInstructionDefinition>"""
+
+
+def test_a_module_and_an_instance_have_the_same_name(tmp_path: Path) -> None:
+    """The parameter of the type MODULE is the module Fan, not the instance of this name.
+
+    The instruction and the program each use a member of the inputs: both are in their type.
+    """
+    shared = '<Tag Name="Fan" DataType="Drive"/>'
+    rungs = ["Drive(Fan,Fan,Fan:I);", "XIC(Fan.Runs)OTE(a);", "XIC(Fan:I.Pt02)OTE(b);"]
+    file = _file(tmp_path, rungs, shared=shared, aois=_DRIVE)
+    text = file.read_text(encoding="utf-8")
+    modules = '<Modules><Module Use="Reference" Name="Fan"/></Modules><Programs>'
+    file.write_text(text.replace("<Programs>", modules), encoding="utf-8")
+    running = program(file)
+    running.write("Fan_I.Active", True)
+    running.write("Fan_I.Pt02", True)
+    running.scan(0)
+    assert (running.read("Main.a"), running.read("Main.b")) == (True, True)
+
+
+def test_a_module_that_the_file_does_not_name_is_refused(tmp_path: Path) -> None:
+    """Without a module Fan, the operand is the instance, which is not a module."""
+    shared = '<Tag Name="Fan" DataType="Drive"/>'
+    body = main_body(_file(tmp_path, ["Drive(Fan,Fan,Fan:I);"], shared=shared, aois=_DRIVE))
+    assert isinstance(body, Foreign)
+    assert "Fan is not a MODULE" in body.why

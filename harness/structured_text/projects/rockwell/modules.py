@@ -13,7 +13,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 from structured_text.projects.rockwell.decorated import value_of
-from structured_text.projects.rockwell.uses import Use, module_uses, value_element
+from structured_text.projects.rockwell.uses import (
+    MODULE,
+    Use,
+    module_names,
+    module_uses,
+    value_element,
+)
 from structured_text.projects.xml import Element
 
 __all__ = ["ModuleTags", "module_tags"]
@@ -31,12 +37,14 @@ class ModuleTags:
         images: The names of inputs and outputs, in upper case. A connection overwrites them.
         aliases: The tags that are parts of the tag of a rack's adapter, with the part.
         guessed: The tags whose types come from their uses.
+        members: The uses of tags that are parameters of instructions, by the type in upper case.
     """
 
     tags: list[Element] = field(default_factory=list)
     images: set[str] = field(default_factory=set)
     aliases: dict[str, str] = field(default_factory=dict)
     guessed: list[Element] = field(default_factory=list)
+    members: dict[str, list[Use]] = field(default_factory=dict)
 
 
 def module_tags(root: Element) -> ModuleTags:
@@ -59,12 +67,20 @@ def module_tags(root: Element) -> ModuleTags:
             tag.content.append(value_element(shape, f"{use.name}_USED", use.at))
             tag.attributes["DataType"] = tag.children[0].children[0].get("DataType")
             found.guessed.append(tag)
+            if isinstance(shape, str):
+                found.members.setdefault(shape.upper(), []).append(use)
         if tag is not None:
             image = not key.endswith(":C")
             # a connection to the module overwrites inputs and outputs, so they begin with 0
             found.tags.append(replace(tag, content=[]) if image else tag)
             if image:
                 found.images.add(key)
+    named = {module.get("Name").upper(): module for module in modules}
+    for key in {name.upper(): None for name, _ in module_names(root)}:
+        if key in named:
+            module = named[key]
+            given = {"Name": f"{module.get('Name')}:{MODULE}", "DataType": MODULE}
+            found.tags.append(Element("Tag", given, module.at, [], module.at))
     return found
 
 

@@ -140,7 +140,7 @@ class _Reader:
                 length = f"its length is {self._types.strings[_key(kind)]}"
                 self._note(f"the text type {kind.get('Name')} is not in the file; {length}", kind)
         typed = [*self._root.below("Member", "Tag", "LocalTag", "Parameter"), *guessed]
-        values = unknown_types(self._root, typed, self._names(), self._note)
+        values = unknown_types(self._root, typed, self._names(), self._modules.members, self._note)
         return found + self._known(undeclared(Element("", {}, 1, [*values]), self._names()))
 
     def _known(self, kinds: list[Element]) -> list[Element]:

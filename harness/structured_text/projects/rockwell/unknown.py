@@ -7,7 +7,7 @@ refused by name, and the other routines are read.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Container, Iterator
+from collections.abc import Callable, Container, Iterator, Mapping, Sequence
 
 from structured_text.projects.rockwell.decorated import type_name
 from structured_text.projects.rockwell.uses import STEP, Use, operands, shape_value
@@ -33,11 +33,15 @@ _HIDDEN = "Closed_"
 
 
 def unknown_types(
-    root: Element, typed: list[Element], known: Container[str], note: Callable[[str, Element], None]
+    root: Element,
+    typed: list[Element],
+    known: Container[str],
+    members: Mapping[str, Sequence[Use]],
+    note: Callable[[str, Element], None],
 ) -> list[Element]:
     """Return a DataType element for each type of the elements `typed` that is not in `known`.
 
-    `known` has names in upper case.
+    `known` has names in upper case, and `members` the uses of tags of modules by their type.
     """
     places: dict[str, Element] = {}
     for one in typed:
@@ -47,6 +51,9 @@ def unknown_types(
     if not places:
         return []
     uses = {key: Use(one.at, type_name(one.get("DataType"))) for key, one in places.items()}
+    for key, use in uses.items():
+        for other in members.get(key, ()):
+            use.merge(other)
     for scope, tags in _scopes(root, places):
         _record(scope, tags, uses)
     return [_type(uses[key], place, note) for key, place in places.items()]

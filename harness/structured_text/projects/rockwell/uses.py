@@ -18,7 +18,16 @@ from structured_text.projects.rockwell.ladder.neutral_text import read_rung
 from structured_text.projects.rockwell.values import ENABLE
 from structured_text.projects.xml import Element
 
-__all__ = ["STEP", "Use", "module_uses", "operands", "shape_value", "value_element"]
+__all__ = [
+    "MODULE",
+    "STEP",
+    "Use",
+    "module_names",
+    "module_uses",
+    "operands",
+    "shape_value",
+    "value_element",
+]
 
 #: Matches a tag of a module in a rung or statement, with its members, elements and bits.
 _USED = re.compile(
@@ -29,6 +38,8 @@ _USED = re.compile(
 )
 #: Matches a name that is not a part of another one.
 _WORD = re.compile(r"(?<![\w.:\\])[^\W\d]\w*(?![\w:])")
+#: The type of a parameter that stands for a module itself.
+MODULE = "MODULE"
 #: Marks a text that is the target of an alias.
 _ALIAS = "alias"
 #: Marks a text that is the target of an alias for a floating-point number.
@@ -80,6 +91,19 @@ class Use:
         else:
             self.refused = True
 
+    def merge(self, other: Use) -> None:
+        """Add the uses of the same member elsewhere."""
+        self.whole, self.flag = self.whole or other.whole, self.flag or other.flag
+        self.bits, self.size = self.bits or other.bits, max(self.size, other.size)
+        differ = bool(self.number and other.number) and self.number != other.number
+        self.refused = self.refused or other.refused or differ
+        self.number = self.number or other.number
+        for key, member in other.members.items():
+            self.members.setdefault(key, Use(member.at, member.name)).merge(member)
+        if other.element is not None:
+            self.element = self.element or Use(other.at)
+            self.element.merge(other.element)
+
     def shape(self) -> str | Use | None:
         """Return DINT or BOOL, or the use itself if it is a structure or an array.
 
@@ -119,6 +143,23 @@ def module_uses(root: Element) -> dict[str, Use]:
     return found
 
 
+def module_names(root: Element) -> Iterator[tuple[str, int]]:
+    """Yield the operands that name a module, not a tag, and their lines."""
+    kinds = _parameters(root)
+    for routine in root.below("Routine"):
+        for part in routine.below("Text"):
+            for text, at, kind in operands(part, kinds):
+                if kind.upper() == MODULE:
+                    yield text, at
+
+
+def _parameters(root: Element) -> dict[str, list[str]]:
+    """Return the types of the required parameters of each instruction."""
+    return {
+        aoi.get("Name").upper(): _kinds_of(aoi) for aoi in root.below("AddOnInstructionDefinition")
+    }
+
+
 def pieces_of_file(root: Element) -> Iterator[tuple[str, int, str]]:
     """Yield the texts that mention tags, their lines, and the type that a whole text must have.
 
@@ -134,9 +175,7 @@ def pieces_of_file(root: Element) -> Iterator[tuple[str, int, str]]:
     def plain(text: str) -> str:
         return _WORD.sub(lambda word: aliases.get(word[0].upper(), word[0]), text)
 
-    kinds = {
-        aoi.get("Name").upper(): _kinds_of(aoi) for aoi in root.below("AddOnInstructionDefinition")
-    }
+    kinds = _parameters(root)
     for routine in root.below("Routine"):
         for part in routine.below("Text"):
             yield from ((plain(text), at, kind) for text, at, kind in operands(part, kinds))
