@@ -194,3 +194,31 @@ def test_a_module_that_the_file_does_not_name_is_refused(tmp_path: Path) -> None
     body = main_body(_file(tmp_path, ["Drive(Fan,Fan,Fan:I);"], shared=shared, aois=_DRIVE))
     assert isinstance(body, Foreign)
     assert "Fan is not a MODULE" in body.why
+
+
+_FIRST = """<AddOnInstructionDefinition Name="Begin"><Parameters>
+<Parameter Name="Now" TagType="Base" DataType="BOOL" Usage="Output"/></Parameters>
+<Routines><Routine Name="Logic" Type="RLL"><RLLContent><Rung Number="0" Type="N">
+<Text><![CDATA[XIC(S:FS)OTE(Now);]]></Text></Rung></RLLContent></Routine></Routines>
+</AddOnInstructionDefinition>"""
+
+
+def test_the_first_scan_in_an_instruction_is_that_of_its_program(tmp_path: Path) -> None:
+    """The bit is TRUE in the first scan, and FALSE at a first call in the second scan."""
+    shared = '<Tag Name="one" DataType="Begin"/><Tag Name="two" DataType="Begin"/>'
+    rungs = ["Begin(one);", "XIC(c)Begin(two);", "XIC(one.Now)OTE(a);", "XIC(two.Now)OTE(b);"]
+    running = program(_file(tmp_path, rungs, shared=shared, aois=_FIRST))
+    seen = []
+    for number in range(2):
+        running.write("Main.c", number == 1)
+        running.scan(10_000 * number)
+        seen.append((running.read("Main.a"), running.read("Main.b")))
+    assert seen == [(True, False), (False, False)]
+
+
+def test_size_of_an_array_at_its_first_element(tmp_path: Path) -> None:
+    """`list` has 8 elements in its dimension 0; another element is refused."""
+    assert _scanned(_file(tmp_path, ["SIZE(list[0],0,i);"])).read("Main.i") == 8
+    body = main_body(_file(tmp_path, ["SIZE(list[2],0,i);"]))
+    assert isinstance(body, Foreign)
+    assert "SIZE of list[2] is not supported" in body.why

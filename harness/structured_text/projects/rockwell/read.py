@@ -89,6 +89,8 @@ class _Reader:
         self._values = Values(self._types, self._parameters, self._data, self._note)
         self._needs: set[str] = set()
         self._first: list[str] = []
+        #: Whether an instruction asks for the first scan of the program that calls it.
+        self._asked = False
         for kind in self._kinds:
             self._know_type(kind)
         for aoi in self._aois:
@@ -239,8 +241,11 @@ class _Reader:
         units += list(self._globals())
         programs = list(self._root.below("Program"))
         read = [self._program(one) for one in programs]
-        units += [self._prescanned(unit, lines) for unit, lines in read]
+        units += [self._prescanned(unit, some) for unit, some in read]
         units += self._shared_prescan()
+        if self._asked:
+            lines = made(1, "VAR_GLOBAL", f"  {FIRST_SCAN} : BOOL;", "END_VAR")
+            units.append(Unit("VAR_GLOBAL", Piece("L5X_FIRST_SCAN", lines), self._file))
         used |= self._needs
         for name, text in HELPERS.items():
             if name in used:
@@ -341,8 +346,10 @@ class _Reader:
             body = (*begin, *first, *end, *body)
         if aoi.get("ExecutePostscan") == "true" and _code_of(routines.get("POSTSCAN", aoi)):
             self._note(f"the routine Postscan of {name} is not read", aoi)
-        if FIRST_SCAN in scope.needs:
-            body = Foreign("ST", aoi.at, "S:FS in an instruction is not supported")
+        if FIRST_SCAN in scope.needs and next(self._root.below("Program"), None) is None:
+            text = "S:FS in an instruction needs a program in the file"
+            body = Foreign("ST", aoi.at, text)
+        self._asked = self._asked or FIRST_SCAN in scope.needs
         lines += self._extra(scope, aoi.at)
         if not isinstance(body, Foreign):
             body = (*_aliases(parameters, "Input"), *body, *_aliases(parameters, "Output"))
@@ -428,9 +435,10 @@ class _Reader:
         lines = [*made(program.at, f"PROGRAM {name}")]
         lines += self._section("VAR", own, _IMAGES)
         lines += self._extra(scope, program.at)
-        if FIRST_SCAN in scope.needs:
-            lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
-            if not isinstance(body, Foreign) and _returns(body):
+        if FIRST_SCAN in scope.needs or self._asked:
+            if not self._asked:
+                lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
+            if not isinstance(body, Foreign) and (self._asked or _returns(body)):
                 lines += made(program.at, f"  VAR {_SCANNED} : BOOL; END_VAR")
                 begin = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
                 body = (*made(program.at, *begin), *body)
