@@ -222,3 +222,28 @@ def test_size_of_an_array_at_its_first_element(tmp_path: Path) -> None:
     body = main_body(_file(tmp_path, ["SIZE(list[2],0,i);"]))
     assert isinstance(body, Foreign)
     assert "SIZE of list[2] is not supported" in body.why
+
+
+_COUNT = """<AddOnInstructionDefinition Name="Count"><Parameters>
+<Parameter Name="Row" TagType="Base" DataType="DINT" Dimensions="1" Usage="InOut"
+ Required="true"/>
+<Parameter Name="Found" TagType="Base" DataType="DINT" Usage="Output"/></Parameters>
+<Routines><Routine Name="Logic" Type="RLL"><RLLContent><Rung Number="0" Type="N">
+<Text><![CDATA[SIZE(Row,0,Found)MOV(9,Row[Found-1]);]]></Text></Rung></RLLContent></Routine>
+</Routines></AddOnInstructionDefinition>"""
+
+
+def test_an_array_parameter_has_the_size_of_its_arguments(tmp_path: Path) -> None:
+    """The parameter declares 1 element, `list` has 8: SIZE gives 8, and the last one is set."""
+    shared = '<Tag Name="one" DataType="Count"/>'
+    running = _scanned(_file(tmp_path, ["Count(one,list);"], shared=shared, aois=_COUNT))
+    assert (running.read("one.Found"), running.read("Main.list[7]")) == (8, 9)
+
+
+def test_arguments_of_several_sizes_are_refused(tmp_path: Path) -> None:
+    """A parameter cannot have the sizes 8 and 4."""
+    shared = '<Tag Name="one" DataType="Count"/><Tag Name="few" DataType="DINT" Dimensions="4"/>'
+    rungs = ["Count(one,list);", "Count(one,few);"]
+    body = main_body(_file(tmp_path, rungs, shared=shared, aois=_COUNT))
+    assert isinstance(body, Foreign)
+    assert "list is not a DINT[1]" in body.why

@@ -28,6 +28,7 @@ from structured_text.projects.model import (
 )
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
 from structured_text.projects.rockwell import prescan
+from structured_text.projects.rockwell.array_sizes import size_parameters
 from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.decorated import type_name, undeclared, used_types
@@ -93,6 +94,7 @@ class _Reader:
         self._asked = False
         for kind in self._kinds:
             self._know_type(kind)
+        size_parameters(root)
         for aoi in self._aois:
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
