@@ -263,8 +263,9 @@ class _Statements(SubroutineReader):
 
     def _size_of(self, token: Token) -> str:
         """Translate SIZE(Source, Dimension, Dest)."""
-        text, data = self._variable()
-        self._expect(",")
+        text, data, index = self._place_of()
+        if index != "0":
+            raise self._error(f"SIZE of {text}[{index}] is not supported", token, "use element 0")
         dimension = self._next().text
         self._expect(",")
         target, kind = self._variable(written=True)

@@ -19,6 +19,10 @@ __all__ = ["type_name", "undeclared", "used_types", "value_of"]
 _STRUCTURES = ("Structure", "StructureMember")
 _MEMBERS = ("DataValueMember", "ArrayMember", "StructureMember")
 _NAME = re.compile(r"[^\W\d]\w*")
+#: Matches the length at the end of the name of a text type, as in STRING_16.
+_LENGTH = re.compile(r"STR(?:ING)?_?([1-9]\d{0,3})\Z", re.IGNORECASE)
+#: The length of STRING, and that of the longest text.
+_STRING, _LONGEST = 82, 65_535
 
 
 def type_name(name: str) -> str:
@@ -64,7 +68,35 @@ def _described(root: Element, known: Container[str]) -> dict[str, Element]:
                     places.setdefault(name.upper(), structure)
                     for one in _members(structure):
                         members.setdefault(one.get("Name").upper(), one)
-    return {key: _type(places[key], list(members.values())) for key, members in found.items()}
+    return {
+        key: _text_type(places[key], root)
+        if _is_text(key, members)
+        else _type(places[key], list(members.values()))
+        for key, members in found.items()
+    }
+
+
+def _is_text(name: str, members: Mapping[str, Element]) -> bool:
+    """Return whether a structure is a text: its characters have the type of the whole."""
+    data = members.get("DATA")
+    return data is not None and type_name(data.get("DataType")).upper() == name
+
+
+def _text_type(place: Element, root: Element) -> Element:
+    """Return a text type. The length is in its name, or it is that of STRING or of a value."""
+    name = type_name(place.get("DataType"))
+    size = _LENGTH.search(name)
+    length = int(size[1]) if size is not None else _STRING
+    for structure in _structures(root):
+        if type_name(structure.get("DataType")).upper() == name.upper():
+            for one in structure.all("DataValueMember"):
+                given = one.get("Value")
+                if one.get("Name").upper() == "LEN" and given.isdigit():
+                    length = max(length, min(int(given), _LONGEST))
+    data = {"Name": "DATA", "DataType": "SINT", "Dimension": str(length)}
+    held = Element("Members", {}, place.at, [Element("Member", data, place.at)], place.at)
+    named = {"Name": name, "Family": "StringFamily"}
+    return Element("DataType", named, place.at, [held], place.at)
 
 
 def used_types(names: Iterable[str], members: Mapping[str, Mapping[str, Data]]) -> set[str]:

@@ -42,7 +42,8 @@ COUNTER, FIRST_SCAN = f"{VARIABLES}Index", f"{VARIABLES}FirstScan"
 
 _TOKEN = re.compile(
     r"""(?P<skip>\s+|//[^\n]*|\(\*.*?(?:\*\)|\Z)|/\*.*?(?:\*/|\Z)|\#(?:end)?region[^\n]*)
-      | (?P<number>(?:2|8|16)\#[0-9A-F_]+|\d[\d_]*(?:\.\d+)?(?:E[-+]?\d+)?)
+      | (?P<number>(?:2|8|16)\#[0-9A-F_]+|\d[\d_]*(?:\.\d+)?(?:E[-+]?\d+)?
+          | (?<![\w\]).])\.\d+(?:E[-+]?\d+)?)
       | (?P<text>'(?:\$.|[^$'\n])*')
       | (?P<name>\\?[^\W\d]\w*(?::\w+)*)
       | (?P<sign>\[:=\]|:=|<=|>=|<>|\*\*|\.\.|[-+*/&=<>()\[\],;:.?])
@@ -435,7 +436,7 @@ def _as(value: Value, kind: str) -> str:
 
 
 def _number(text: str, token: Token, file: Path) -> Value:
-    plain = text.replace("_", "")
+    plain = f"{'0' if text.startswith('.') else ''}{text.replace('_', '')}"
     if len(plain) > _LONGEST_NUMBER:
         shown = f"a number of {len(plain)} characters: {plain[:20]}..."
         raise InputError(shown, file=file, line=token.at, hint="write a value that a type can hold")

@@ -28,6 +28,7 @@ from structured_text.projects.model import (
 )
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
 from structured_text.projects.rockwell import prescan
+from structured_text.projects.rockwell.array_sizes import size_parameters
 from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.decorated import type_name, undeclared, used_types
@@ -45,6 +46,7 @@ from structured_text.projects.rockwell.ladder.rungs import read_rungs
 from structured_text.projects.rockwell.ladder.translate import translated_rungs
 from structured_text.projects.rockwell.modules import module_tags
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
+from structured_text.projects.rockwell.unknown import unknown_types
 from structured_text.projects.rockwell.values import ENABLE, Values
 from structured_text.projects.tasks import ToolTask, configuration
 from structured_text.projects.xml import Element
@@ -62,6 +64,8 @@ _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
 _MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
+#: Interval of a periodic task without one, in milliseconds: the default of the tool (assumed).
+_RATE = "10"
 #: Largest number of elements in a dimension.
 _LARGEST = (1 << 31) - 1
 
@@ -86,8 +90,11 @@ class _Reader:
         self._values = Values(self._types, self._parameters, self._data, self._note)
         self._needs: set[str] = set()
         self._first: list[str] = []
+        #: Whether an instruction asks for the first scan of the program that calls it.
+        self._asked = False
         for kind in self._kinds:
             self._know_type(kind)
+        size_parameters(root)
         for aoi in self._aois:
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
@@ -130,12 +137,25 @@ class _Reader:
         for tag in guessed:
             text = f"the type of {tag.get('Name')} is made from its uses, because the file has no"
             self._note(f"{text} data of this module", tag)
-        types = self._types
-        known = {*types.members, *types.strings, *types.protected, "BOOL", "BIT", *NUMBERS}
-        found = undeclared(Element("", {}, 1, [self._root, *guessed]), known)
+        whole_file = Element("", {}, 1, [self._root, *guessed])
+        found = self._known(undeclared(whole_file, self._names()))
         for kind in found:
+            if kind.get("Family"):
+                length = f"its length is {self._types.strings[_key(kind)]}"
+                self._note(f"the text type {kind.get('Name')} is not in the file; {length}", kind)
+        typed = [*self._root.below("Member", "Tag", "LocalTag", "Parameter"), *guessed]
+        values = unknown_types(self._root, typed, self._names(), self._modules.members, self._note)
+        return found + self._known(undeclared(Element("", {}, 1, [*values]), self._names()))
+
+    def _known(self, kinds: list[Element]) -> list[Element]:
+        for kind in kinds:
             self._know_type(kind)
-        return found
+        return kinds
+
+    def _names(self) -> set[str]:
+        """Return the names of all types that are known so far, in upper case."""
+        types = self._types
+        return {*types.members, *types.strings, *types.protected, "BOOL", "BIT", *NUMBERS}
 
     def _know_instruction(self, aoi: Element) -> None:
         parameters = aoi.all("Parameters", "Parameter")
@@ -223,8 +243,11 @@ class _Reader:
         units += list(self._globals())
         programs = list(self._root.below("Program"))
         read = [self._program(one) for one in programs]
-        units += [self._prescanned(unit, lines) for unit, lines in read]
+        units += [self._prescanned(unit, some) for unit, some in read]
         units += self._shared_prescan()
+        if self._asked:
+            lines = made(1, "VAR_GLOBAL", f"  {FIRST_SCAN} : BOOL;", "END_VAR")
+            units.append(Unit("VAR_GLOBAL", Piece("L5X_FIRST_SCAN", lines), self._file))
         used |= self._needs
         for name, text in HELPERS.items():
             if name in used:
@@ -232,11 +255,12 @@ class _Reader:
                 kind = text.partition(" ")[0]
                 units.append(Unit(kind, Piece(name, lines), self._file))
         arrays = [self._array(name, data) for name, data in self._types.arrays.items()]
+        names = {_key(one): plain_tag(one.get("Name")) for one in programs}
+        tasks = list(self._tasks(names))
         found = Project((*arrays, *units), tuple(self._notes))
         if not found.units:
             raise InputError("has no data type, instruction or program", file=self._file)
-        names = {_key(one): plain_tag(one.get("Name")) for one in programs}
-        return found.plus(configuration(list(self._tasks(names))))
+        return found.plus(configuration(tasks))
 
     def _array(self, name: str, data: Data) -> Unit:
         text = f"TYPE {name} : {self._types.array(data)}; END_TYPE"
@@ -324,8 +348,10 @@ class _Reader:
             body = (*begin, *first, *end, *body)
         if aoi.get("ExecutePostscan") == "true" and _code_of(routines.get("POSTSCAN", aoi)):
             self._note(f"the routine Postscan of {name} is not read", aoi)
-        if FIRST_SCAN in scope.needs:
-            body = Foreign("ST", aoi.at, "S:FS in an instruction is not supported")
+        if FIRST_SCAN in scope.needs and next(self._root.below("Program"), None) is None:
+            text = "S:FS in an instruction needs a program in the file"
+            body = Foreign("ST", aoi.at, text)
+        self._asked = self._asked or FIRST_SCAN in scope.needs
         lines += self._extra(scope, aoi.at)
         if not isinstance(body, Foreign):
             body = (*_aliases(parameters, "Input"), *body, *_aliases(parameters, "Output"))
@@ -411,9 +437,10 @@ class _Reader:
         lines = [*made(program.at, f"PROGRAM {name}")]
         lines += self._section("VAR", own, _IMAGES)
         lines += self._extra(scope, program.at)
-        if FIRST_SCAN in scope.needs:
-            lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
-            if not isinstance(body, Foreign) and _returns(body):
+        if FIRST_SCAN in scope.needs or self._asked:
+            if not self._asked:
+                lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
+            if not isinstance(body, Foreign) and (self._asked or _returns(body)):
                 lines += made(program.at, f"  VAR {_SCANNED} : BOOL; END_VAR")
                 begin = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
                 body = (*made(program.at, *begin), *body)
@@ -494,6 +521,9 @@ class _Reader:
                 self._note(f"the task {name} waits for an event and does not run", task)
                 continue
             periodic, rate = kind == "PERIODIC", task.get("Rate")
+            if periodic and "Rate" not in task.attributes:
+                self._note(f"the task {name} has no interval; it is {_RATE} ms", task)
+                rate = _RATE
             yield ToolTask(
                 name if periodic else "",
                 milliseconds_us(rate, name, self._file, task.at) if periodic else 0,

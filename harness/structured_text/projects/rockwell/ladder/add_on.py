@@ -11,9 +11,10 @@ from __future__ import annotations
 import re
 
 from structured_text.projects.rockwell.data import Data
-from structured_text.projects.rockwell.expression_reader import bare
+from structured_text.projects.rockwell.expression_reader import bare, plain_tag
 from structured_text.projects.rockwell.ladder.call import Call, Entry
 from structured_text.projects.rockwell.ladder.power import TRUE, negated
+from structured_text.projects.rockwell.uses import MODULE
 
 __all__ = ["add_on_entry"]
 
@@ -47,6 +48,10 @@ def _call(call: Call) -> None:
             reader = call.operand(number)
             inputs.append((pin, bare(reader.converted(reader.value(), kind.type))))
         elif usage == "InOut":
+            module = f"{call.raw(number)}:{MODULE}"
+            if kind.type.upper() == MODULE and module.upper() in call.body.routine.tags:
+                others.append(f"{pin} := {plain_tag(module)}")
+                continue
             text, given_data = call.tag(number)
             _check_same(call, number, kind, given_data)
             others.append(f"{pin} := {text}")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from structured_text.projects.rockwell.copies import Place, copied, filled
 from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
 from structured_text.projects.rockwell.expression_reader import COUNTER, bare
+from structured_text.projects.rockwell.instructions import BLOCKS
 from structured_text.projects.rockwell.ladder.call import Call, Entry
 from structured_text.projects.rockwell.ladder.operands import BIT_STRINGS
 from structured_text.projects.rockwell.ladder.texts import as_structured_text
@@ -53,11 +54,26 @@ def _fill(call: Call) -> None:
         value = call.operand(0).converted(call.number(0), element.type)
         if target.data.sizes and element.type in STORED:
             value = f"{element.type}_TO_{STORED[element.type]}({bare(value)})"
+    elif call.raw(0) == "0":
+        value = _zero(call, element)
     else:
         value, data = call.tag(0, written=False)
         if (data.type.upper(), data.sizes) != (element.type.upper(), ()):
             raise call.error(f"FLL of a {element.type} with a {data.type} is not supported")
     _counted(call, lambda: filled(target, bare(value), length))
+
+
+def _zero(call: Call, data: Data) -> str:
+    """Return a text without characters, or a structure that no statement sets: all of it is 0."""
+    types = call.body.routine.types
+    if types.is_string(data):
+        return "''"
+    if data.type.upper() not in types.members or data.type.upper() in (
+        *types.instructions,
+        *BLOCKS,
+    ):
+        raise call.error(f"FLL of a {data.type} with 0 is not supported")
+    return call.body.variable(f"Zero_{data.type}", data.type)
 
 
 def _distribute(call: Call) -> None:
