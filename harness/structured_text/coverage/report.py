@@ -93,14 +93,15 @@ def _gaps(result: FileResult) -> Iterator[Gap]:
 def conditions(result: FileResult) -> Iterator[Gap]:
     """Yield the conditions without MC/DC, and superfluous reasons for conditions with MC/DC."""
     for decision in result.decisions:
+        network = result.networks.get(decision.line, "")
         for one in decision.conditions:
             if not one.judged.masking:
                 of = "" if one.text == decision.text else f" in {decision.text}"
                 text = f"no MC/DC for {one.text}{of}"
-                yield Gap(result.path, decision.line, text, one.reason)
+                yield Gap(result.path, decision.line, text, one.reason, network)
             elif one.reason:
                 text = f"there is a reason for missing MC/DC of {one.text}, but MC/DC is complete"
-                yield Gap(result.path, decision.line, text)
+                yield Gap(result.path, decision.line, text, network=network)
 
 
 def missing(result: FileResult) -> str:

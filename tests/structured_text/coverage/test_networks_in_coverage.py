@@ -13,7 +13,7 @@ from structured_text.coverage.formats import tracefile
 from structured_text.coverage.html import pages
 from structured_text.coverage.measure import FileResult, measure
 from structured_text.coverage.parts import merge, part_of
-from structured_text.coverage.report import gaps, missing
+from structured_text.coverage.report import conditions, gaps, missing
 from structured_text.engines.builtin.collector import Collector, counting
 
 
@@ -38,6 +38,13 @@ def test_gaps_name_the_rung_and_the_translated_statement(result: FileResult) -> 
         "main.xml:6: Main, rung 2: not taken: IF Stop",
         "main.xml:6: Main, rung 2: not taken: ELSIF Count > 100",
     ]
+
+
+def test_missing_conditions_name_the_rung(result: FileResult) -> None:
+    """Stop and Count > 100 never hold, so neither has decided its branch of rung 2."""
+    shown = [str(gap) for gap in conditions(result)]
+    for name in ("Stop", "Count > 100"):
+        assert any(f"Main, rung 2: no MC/DC for {name}" in text for text in shown)
 
 
 def test_the_table_names_the_rung_in_place_of_lines(result: FileResult) -> None:
