@@ -98,7 +98,7 @@ class _Reader:
         for kind in self._kinds:
             self._know_type(kind)
         size_parameters(root)
-        for aoi in self._aois:
+        for aoi in (*self._aois, *self._aois):  # the type of an alias may be in a later one
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
@@ -164,13 +164,11 @@ class _Reader:
         parameters = aoi.all("Parameters", "Parameter")
         local = {_key(one): one for one in aoi.all("LocalTags", "LocalTag")}
         for one in parameters:  # an alias has the type of the local tag that it refers to
-            base, _, bit = one.get("AliasFor").rpartition(".")
-            if bit.isdigit() and plain_tag(base).upper() in local and not one.get("DataType"):
-                one.attributes["DataType"] = "BOOL"
-            target = local.get(plain_tag(one.get("AliasFor")).upper())
-            if target is not None and not one.get("DataType"):
-                named = ("DataType", "Dimensions")
-                one.attributes.update((name, target.get(name)) for name in named)
+            if one.get("AliasFor") and not one.get("DataType"):
+                found = self._part_of(one.get("AliasFor"), local)
+                one.attributes["DataType"] = found.type if found is not None else ""
+                if found is not None and found.sizes:
+                    one.attributes["Dimensions"] = " ".join(map(str, found.sizes))
         self._parameters[_key(aoi)] = {_key(one): one for one in parameters}
         self._types.members[_key(aoi)] = {_key(one): self._data(one) for one in parameters}
         self._types.instructions[_key(aoi)] = Instruction(
@@ -182,6 +180,21 @@ class _Reader:
             aoi.get("ExecuteEnableInFalse") == "true",
             "ENABLEOUT" in code_of(aoi),
         )
+
+    def _part_of(self, path: str, local: Mapping[str, Element]) -> Data | None:
+        """Return the type of a local tag of an instruction, or of a member or bit of it."""
+        name, *members = path.split(".")
+        if plain_tag(name).upper() not in local:
+            return None
+        found = self._data(local[plain_tag(name).upper()])
+        for member in members:
+            if member.isdigit():
+                return Data("BOOL")
+            inner = self._types.members.get(found.type.upper(), {}).get(member.upper())
+            if inner is None or found.sizes:
+                return None
+            found = inner
+        return found
 
     def _data(self, element: Element) -> Data:
         kind = type_name(element.get("DataType"))
