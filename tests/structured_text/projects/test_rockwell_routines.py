@@ -159,3 +159,14 @@ def test_a_for_without_a_step_is_named(tmp_path: Path) -> None:
     body = main_body(written(tmp_path, ["FOR(Sub,i,1,9,0);"], routines={"Sub": ["NOP();"]}))
     assert isinstance(body, Foreign)
     assert "rung 0: the step of FOR is 0" in body.why
+
+
+def test_a_program_may_have_the_name_of_a_tag(tmp_path: Path) -> None:
+    """Tags and programs have names of their own on the controller. The program is renamed."""
+    file = written(tmp_path, ["ADD(i,1,i);"])
+    tags = '<Tags><Tag Name="P" TagType="Base" DataType="DINT"/></Tags><Programs>'
+    file.write_text(file.read_text("utf-8").replace("<Programs>", tags, 1), encoding="utf-8")
+    running = program(file)
+    running.scan(0)
+    assert running.read("Main.i") == 1
+    assert running.read("P") == 0
