@@ -10,7 +10,7 @@ import pytest
 
 from matiec_habits import HABITS, iec2c_takes
 from rcx_harness.cli.app import main
-from rcx_harness.cli.grouped import grouped
+from rcx_harness.cli.refused_text import grouped
 from structured_text.engines.matiec.build import find_matiec
 from structured_text.errors import NO_COLUMN
 from structured_text.export.refused import CONSTRUCTS_FILE, Refusal, tools

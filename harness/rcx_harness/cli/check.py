@@ -19,7 +19,6 @@ from rcx_harness.cli.findings import (
     as_json,
     as_sarif,
 )
-from rcx_harness.cli.grouped import grouped
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.options import (
     Device,
@@ -30,6 +29,7 @@ from rcx_harness.cli.options import (
     counted,
     replacements,
 )
+from rcx_harness.cli.refused_text import grouped
 from rcx_harness.watch.calls_source import call_findings
 from rcx_harness.watch.first_mistakes import first_mistakes
 from rcx_harness.watch.image_source import image_use
@@ -67,7 +67,11 @@ def check(
     ] = None,
     tool: Annotated[
         str | None,
-        typer.Option("--for", help=f"List what this tool refuses: {', '.join(tools())}."),
+        typer.Option(
+            "--for",
+            help=f"List what this tool refuses: {', '.join(tools())}.",
+            autocompletion=lambda: [(name, one.title) for name, one in tools().items()],
+        ),
     ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with 1 on warnings and uncertain refusals, too.")
