@@ -24,6 +24,8 @@ _TOOLS = "codesys twincat siemens rockwell omron mitsubishi keyence matiec"
         ("rcx test plc --dialect t", "twincat tia"),
         ("rcx completion p", "powershell pwsh"),
         ("rcx points b", "backup"),
+        ("rcx new cell --ci g", "github gitlab"),
+        ("rcx encode MoveP", "MovePtp"),
         ("rcx check pl", ""),
     ],
 )
