@@ -31,6 +31,7 @@ from rcx_harness.cli.coverage_options import (
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
+    choices,
     config_data,
     config_instance,
     counted,
@@ -147,7 +148,11 @@ class RunOptions(CellOptions):
         typer.Option(help="Variables to show, e.g. Main.Step,Main.Hmi.*; may be repeated."),
     ] = None
     positions: Annotated[
-        str, typer.Option(help="Show the position of the robot in pulses or mm.")
+        str,
+        typer.Option(
+            help="Show the position of the robot in pulses or mm.",
+            autocompletion=choices("pulses", "mm"),
+        ),
     ] = ""
     scale: Annotated[
         str,
