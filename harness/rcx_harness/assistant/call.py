@@ -104,12 +104,12 @@ class Call:
         if place != self.here / folder:
             hint = "remove the link; the calls write into this folder only"
             raise InputError("is reached through a link", file=folder, hint=hint)
-        mark = folder / _ABOUT
-        if os.path.isdir(folder) and os.listdir(folder):
+        mark = place / _ABOUT
+        if os.path.isdir(place) and os.listdir(place):
             if not mark.is_file() or mark.read_bytes() != about.encode():
                 hint = "remove or rename it"
                 raise InputError("contains files of others", file=folder, hint=hint)
-        elif os.path.lexists(folder) and not os.path.isdir(folder):
+        elif os.path.lexists(place) and not os.path.isdir(place):
             raise InputError("is a file, not a folder", file=folder, hint="remove or rename it")
         else:
             replace_files({mark: about.encode()})

@@ -7,7 +7,7 @@ server.
 from __future__ import annotations
 
 import json
-from collections.abc import Awaitable, Callable, Mapping
+from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
@@ -21,6 +21,8 @@ from mcp.server.stdio import stdio_server
 from mcp.shared.exceptions import MCPError
 
 from rcx_harness.assistant.blocks import blocks, page
+from rcx_harness.assistant.call import Call, Ran
+from rcx_harness.assistant.child import answered
 from rcx_harness.assistant.folders import Folders
 from rcx_harness.assistant.limits import MOST_CALLS, Limits
 from rcx_harness.assistant.tools import TOOLS, Tool
@@ -95,7 +97,10 @@ class Assistant:
             here = self.folders.chosen(given.get("folder", ""))
         except InputError as error:
             return _failed(legible(str(error)))
-        answer = await self.worker(name, given, self.folders, here, self.limits, report)
+        if tool.of_library:
+            answer = answered(Call(name, given, self.folders, here, here, _no_command))
+        else:
+            answer = await self.worker(name, given, self.folders, here, self.limits, report)
         if "error" in answer:
             return _failed(answer["error"])
         data = json.dumps(answer["data"], sort_keys=True, ensure_ascii=False)
@@ -127,6 +132,11 @@ def serve(folders: Folders, limits: Limits, entry: str) -> None:
             await server.run(reading, writing, server.create_initialization_options())
 
     anyio.run(run)
+
+
+def _no_command(words: Sequence[str]) -> Ran:
+    """Refuse to run a command; a tool that shows the library needs none."""
+    raise InputError(f"the server itself runs no command: {' '.join(words)}")
 
 
 def _failed(text: str) -> types.CallToolResult:

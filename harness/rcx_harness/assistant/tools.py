@@ -39,6 +39,7 @@ class Tool:
         answer: JSON Schema of its result.
         home: Module of this folder with the function of the tool's name.
         writes: Whether it writes files.
+        of_library: Whether it shows the library only, so that it needs no process of its own.
     """
 
     name: str
@@ -48,6 +49,7 @@ class Tool:
     answer: Schema
     home: str
     writes: bool = False
+    of_library: bool = False
 
     def run(self, call: Call) -> Answer:
         """Answer a call. The module of the tool is imported on first use."""
@@ -334,6 +336,7 @@ _LIST_BLOCKS = Tool(
     ),
     record({"blocks": array("The blocks.", _BLOCK)}),
     "blocks",
+    of_library=True,
 )
 
 _PIN = record({"section": _WORD, "name": _WORD, "type": _WORD, "default": _WORD, "meaning": _WORD})
@@ -345,6 +348,7 @@ _BLOCK_PAGE = Tool(
     record({"name": text("Name of the block, such as FB_ServoOn.", 100)}),
     record({"name": _WORD, "purpose": _WORD, "pins": array("The pins.", _PIN), "page": _WORD}),
     "blocks",
+    of_library=True,
 )
 
 TOOLS = {
