@@ -118,7 +118,7 @@ def test_a_fence_is_the_same_after_it_was_saved(fence: Fence) -> None:
 
 
 def _call(folder: Path, **given: Any) -> Call:
-    return Call("run", given, Folders.of([folder]), folder, folder, lambda words: Ran(0, ()))
+    return Call("run", given, Folders.of([folder]), folder, folder, lambda words, tell: Ran(0, ()))
 
 
 def test_equal_calls_have_the_same_output_folder(project: Path) -> None:

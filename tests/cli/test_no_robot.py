@@ -235,3 +235,22 @@ def test_a_launch_of_the_debugger_may_name_the_dialect(motor: str) -> None:
         {"program": motor, "noRobot": True, "dialect": "tia", "for": "1s"}, []
     ).machine
     assert machine.program.project.dialect == "tia"
+
+
+@pytest.mark.parametrize(
+    ("statement", "property_"), [("List[Place] := 1;", "index"), ("Place := 1 / Place;", "division")]
+)
+def test_a_proof_without_assertions_lists_the_operations(
+    statement: str, property_: str, tmp_path: Path, capsys: Captured
+) -> None:
+    """A program without an assertion and without a robot has properties, too.
+
+    Place is 0 in the first scan. So the index is outside of 1..5, and 1 is divided by 0.
+
+    Source: docs/how-to/prove.md, What is proved.
+    """
+    declared = "VAR Place : INT; List : ARRAY [1..5] OF INT; END_VAR"
+    file = tmp_path / "Main.st"
+    file.write_text(f"PROGRAM Main\n{declared}\n{statement}\nEND_PROGRAM\n")
+    assert main(["prove", str(file), "--no-robot", "--out", str(tmp_path / "out")]) == 1
+    assert f"refuted: {property_} Main.st:3" in capsys.readouterr().out

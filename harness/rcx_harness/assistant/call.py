@@ -34,8 +34,11 @@ class Ran:
     lines: tuple[str, ...]
 
 
-Command = Callable[[Sequence[str]], Ran]
-"""Runs a command of `rcx` with these words; raises InputError on bad input."""
+Command = Callable[[Sequence[str], Callable[[str], None]], Ran]
+"""Runs a command of `rcx` with these words; raises InputError on bad input.
+
+The second argument is called with each line of progress.
+"""
 
 
 @dataclass(frozen=True)
@@ -63,7 +66,7 @@ class Call:
         folders: The folders that it may use.
         here: The folder that it works in, which is also the current folder.
         temporary: A folder for files that nobody sees.
-        command: Runs a command of `rcx`.
+        command: Runs a command of `rcx`; use `ran` to report its progress as well.
         progress: Reports progress.
     """
 
@@ -91,6 +94,10 @@ class Call:
         """Return an argument as an option of a command line; empty if it is not given."""
         value = self.given.get(argument)
         return [] if value is None else [f"--{name}={value}"]
+
+    def ran(self, words: Sequence[str]) -> Ran:
+        """Run a command of `rcx`, and report its progress."""
+        return self.command(words, lambda line: self.progress(line, None, None))
 
     def out(self) -> Path:
         """Return the output folder of this call, relative to the folder; make it if it is missing.

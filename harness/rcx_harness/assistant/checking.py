@@ -16,7 +16,7 @@ def check(call: Call) -> Answer:
     file = call.temporary / "check.json"
     words = ["check", *call.words("files"), f"--json={file}"]
     words += [*call.option("for", "for"), *call.option("dialect", "dialect")]
-    ran = call.command(words)
+    ran = call.ran(words)
     found = json.loads(file.read_text(encoding="utf-8"))
     summary = str(found["summary"]) or "the sources have errors"
     data = {**found, "exit_code": ran.code, "summary": summary}
@@ -39,7 +39,7 @@ def prove(call: Call) -> Answer:
     words += [*call.option("limit", "limit")]
     words += ["--no-robot"] if call.given.get("no_robot") else []
     words += ["--overflow"] if call.given.get("overflow") else []
-    ran = call.command(words)
+    ran = call.ran(words)
     found = json.loads(file.read_text(encoding="utf-8"))
     rows = [
         {

@@ -5,8 +5,10 @@ from __future__ import annotations
 import json
 import os
 import sys
+import sysconfig
 from collections.abc import Iterable
 from pathlib import Path
+from threading import Lock
 from typing import Any, TextIO
 
 from rcx_harness.assistant.call import OUT, Call, Command, Progress, plain
@@ -25,7 +27,9 @@ __all__ = ["answered", "serve_call"]
 #: Processor time beyond the real time of a call, after which the process ends by itself [s].
 _SPARE_S = 30
 #: Files of the system that Python's own modules read.
-_SYSTEM = ("/dev/null", "/dev/urandom", "/proc", "/sys", "/usr/share/zoneinfo", "/etc/localtime")
+_SYSTEM = ("/dev/null", "/dev/urandom", "/proc/cpuinfo", "/proc/meminfo", "/sys/fs/cgroup")
+#: The folders with modules of Python.
+_MODULES = ("stdlib", "platstdlib", "purelib", "platlib")
 
 
 def answered(call: Call) -> dict[str, Any]:
@@ -80,8 +84,11 @@ def serve_call(command: Command) -> int:
 
 
 def _reporting(out: TextIO) -> Progress:
+    lock = Lock()  # a timer of a command reports from another thread
+
     def report(text: str, done: float | None, total: float | None) -> None:
-        print(json.dumps({"progress": [text, done, total]}), file=out, flush=True)
+        with lock:
+            print(json.dumps({"progress": [legible(text), done, total]}), file=out, flush=True)
 
     return report
 
@@ -91,7 +98,7 @@ def _fence(call: Call) -> Fence:
 
     `out` is not resolved. If it is a link, its target stays outside.
     """
-    python = [sys.prefix, sys.base_prefix, sys.exec_prefix, *sys.path]
+    python = [*sys.path, *map(sysconfig.get_paths().get, _MODULES), f"{sys.prefix}/pyvenv.cfg"]
     package = [default_lib().parent, folder(), Path(__file__).parents[2]]
     readable = [*call.folders.roots, *python, *package, *_SYSTEM]
     tests = call.tool == "mutants"

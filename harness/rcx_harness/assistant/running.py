@@ -48,7 +48,7 @@ def run(call: Call) -> Answer:
     written = [f"--trace={word(trace)}"]
     if not call.given.get("no_robot"):
         written += [f"--chart={word(out / 'chart.svg')}"]
-    ran = call.command(["run", *words, *written])
+    ran = call.ran(["run", *words, *written])
     data = _result(call, trace)
     data |= {
         "exit_code": ran.code,

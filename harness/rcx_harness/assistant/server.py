@@ -11,7 +11,7 @@ from collections.abc import Awaitable, Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.metadata import version
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 
 import anyio
 import jsonschema
@@ -25,6 +25,7 @@ from rcx_harness.assistant.call import Call, Ran
 from rcx_harness.assistant.child import answered
 from rcx_harness.assistant.folders import Folders
 from rcx_harness.assistant.limits import MOST_CALLS, Limits
+from rcx_harness.assistant.standard_input import lines_of_standard_input
 from rcx_harness.assistant.tools import TOOLS, Tool
 from rcx_harness.assistant.worker import Report, work
 from structured_text.errors import InputError, legible, near
@@ -128,14 +129,19 @@ def serve(folders: Folders, limits: Limits, entry: str) -> None:
 
     async def run() -> None:
         server = Assistant(folders, worker, limits).server()
-        async with stdio_server() as (reading, writing):
+        async with (
+            lines_of_standard_input() as lines,
+            # The library only iterates over the lines.
+            stdio_server(stdin=cast("anyio.AsyncFile[str]", lines)) as (reading, writing),
+        ):
             await server.run(reading, writing, server.create_initialization_options())
 
     anyio.run(run)
 
 
-def _no_command(words: Sequence[str]) -> Ran:
+def _no_command(words: Sequence[str], tell: Callable[[str], None]) -> Ran:
     """Refuse to run a command; a tool that shows the library needs none."""
+    del tell
     raise InputError(f"the server itself runs no command: {' '.join(words)}")
 
 

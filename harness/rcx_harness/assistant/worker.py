@@ -24,8 +24,11 @@ __all__ = ["Report", "work"]
 Report = Callable[[str, float | None, float | None], Awaitable[None]]
 """Passes progress to the client: a line of text, the finished part and the whole, if known."""
 
-#: Variables that would let a call find other programs or other settings.
-_WITHOUT = ("RCX_MATIEC", "RCX_STRUCPP", "RCX_SANITIZE", "PYTHONSTARTUP", "PYTEST_ADDOPTS")
+#: The variables of the environment that a call gets. Others may be secrets, or change its result.
+_KEPT = {
+    *("HOME", "LANG", "LC_ALL", "LC_CTYPE", "RCX_CACHE", "SYSTEMROOT", "USERPROFILE"),
+    *("APPDATA", "LOCALAPPDATA", "XDG_CACHE_HOME", "XDG_CONFIG_HOME"),
+}
 
 
 async def work(
@@ -74,20 +77,24 @@ async def work(
                 await to_thread.run_sync(_end, program)
 
 
-def _started(entry: str, temporary: Path) -> Program:
-    """Start the process in an empty folder, so that it imports no file of the user by accident."""
+def _started(module: str, temporary: Path) -> Program:
+    """Start the process in an empty folder, so that it imports no file of the user by accident.
+
+    `python -m` has put the current folder into the path of this process. It is left out.
+    """
+    path = [os.path.abspath(entry) for entry in sys.path if entry]
     variables = environment(
-        without=_WITHOUT,
+        without=[name for name in os.environ if name.upper() not in _KEPT],
         PATH="",
         PYTHONDONTWRITEBYTECODE="1",
         PYTHONHASHSEED="0",
-        PYTHONPATH=os.pathsep.join(os.path.abspath(path) for path in sys.path if path),
+        PYTHONPATH=os.pathsep.join(entry for entry in path if entry != os.getcwd()),
         TEMP=str(temporary),
         TMP=str(temporary),
         TMPDIR=str(temporary),
     )
     pipe, nothing = subprocess.PIPE, subprocess.DEVNULL
-    command = [sys.executable, "-m", entry]
+    command = [sys.executable, "-m", module]
     return Program(command, stdin=pipe, stdout=pipe, stderr=nothing, cwd=temporary, env=variables)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import io
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from contextlib import redirect_stderr, redirect_stdout
 
 from rcx_harness.assistant.call import Ran
@@ -15,11 +15,28 @@ from structured_text.errors import InputError
 __all__ = ["command"]
 
 
-def command(words: Sequence[str]) -> Ran:
-    """Run a command of `rcx` in this process, and return its exit code and its output."""
-    printed, noted = io.StringIO(), io.StringIO()
+class _Lines(io.TextIOBase):
+    """A stream that passes each line of text on; it is not a terminal."""
+
+    def __init__(self, tell: Callable[[str], None]) -> None:
+        self._tell, self._rest = tell, ""
+
+    def write(self, text: str) -> int:
+        """Pass on the lines that are complete now."""
+        *lines, self._rest = (self._rest + text).split("\n")
+        for line in filter(None, lines):
+            self._tell(line)
+        return len(text)
+
+
+def command(words: Sequence[str], tell: Callable[[str], None]) -> Ran:
+    """Run a command of `rcx` in this process, and return its exit code and its output.
+
+    `tell` is called with each line on standard error, which is progress.
+    """
+    printed = io.StringIO()
     try:
-        with redirect_stdout(printed), redirect_stderr(noted):
+        with redirect_stdout(printed), redirect_stderr(_Lines(tell)):
             code = app(args=list(words), prog_name="rcx", standalone_mode=False)
     except InputError:
         raise

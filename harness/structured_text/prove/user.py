@@ -240,7 +240,7 @@ class _Work:
                 "no proof for several task intervals: only a search for runs that break a property"
             )
         else:
-            self._try(lambda: self._induction(outline=True))
+            self._try(lambda: self._induction(outline=True), finds=True)
         if not self.settings.overflow:
             self._only_note()
         short, long = self.settings.scan_us, max(self.settings.scan_us, _LONG_US)
@@ -258,10 +258,13 @@ class _Work:
             seconds = self._spent.get(key, 0.0)
             self.done[key] = replace(self.open.pop(key), status=NOTED, seconds=seconds)
 
-    def _try(self, way: Callable[[], None]) -> None:
-        """Run one method on the open properties; note the reason if a construct is unsupported."""
+    def _try(self, way: Callable[[], None], *, finds: bool = False) -> None:
+        """Run one method on the open properties; note the reason if a construct is unsupported.
+
+        A method that also `finds` properties runs even if no property is open yet.
+        """
         try:
-            if self.open:
+            if self.open or finds:
                 way()
         except UnsupportedError as error:
             self._note(f"not decided: {error}")
