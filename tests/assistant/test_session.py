@@ -5,8 +5,11 @@ Each call runs in a process of its own, with its limits and its fence.
 
 from __future__ import annotations
 
+import json
 import os
 import shutil
+import signal
+import subprocess
 import sys
 from collections.abc import Awaitable, Callable
 from pathlib import Path
@@ -230,6 +233,39 @@ def test_a_cancelled_call_ends_its_process(project: Path) -> None:
             await _data(session, "list_blocks", search="FB_ServoOn")
 
     _session(project, use)
+
+
+@pytest.mark.parametrize(("how", "code"), [("end of input", 0), ("SIGTERM", 143), ("SIGINT", 130)])
+def test_the_end_of_the_server_ends_its_calls(project: Path, how: str, code: int) -> None:
+    """The server ends although a call is running and standard input is open.
+
+    Source: docs/how-to/assistant.md; the exit codes are those of a shell, 128 and the signal.
+    """
+    command = [sys.executable, "-m", "rcx_harness", "mcp", "--folder", str(project)]
+    hello: dict[str, Any] = {"protocolVersion": "2025-06-18", "capabilities": {}}
+    hello["clientInfo"] = {"name": "test", "version": "1"}
+    given = {"files": _EXAMPLE, "stimulus": "stimulus.toml", "seeds": 1000}
+    work = {"name": "campaign", "arguments": given, "_meta": {"progressToken": 1}}
+    messages: list[dict[str, Any]] = [
+        {"id": 1, "method": "initialize", "params": hello},
+        {"method": "notifications/initialized"},
+        {"id": 2, "method": "tools/call", "params": work},
+    ]
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as server:
+        assert server.stdin is not None
+        assert server.stdout is not None
+        for message in messages:
+            server.stdin.write(json.dumps({"jsonrpc": "2.0", **message}).encode() + b"\n")
+        server.stdin.flush()
+        assert json.loads(server.stdout.readline())["id"] == 1
+        assert json.loads(server.stdout.readline())["method"] == "notifications/progress"
+        assert _workers(project)
+        if how == "end of input":
+            server.stdin.close()
+        else:
+            server.send_signal(signal.Signals[how])
+        assert server.wait(_LONGEST) == code
+    assert _workers(project) == []
 
 
 def _workers(project: Path) -> list[str]:

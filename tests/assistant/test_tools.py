@@ -97,6 +97,7 @@ def test_a_trace_is_explained_with_its_events_and_state(folder: Path) -> None:
     assert (10_000, "Main.Step changes from 1 to 2") in events
     assert any(t_us == 10_000 and text.startswith("SI(00) ON") for t_us, text in events)
     assert any(t_us == 0 and text.startswith("SO(01) ON") for t_us, text in events)
+    assert (10_000, "broken rule: plc, scan 1: interval: SI changed too early") in events
     assert data["violation_count"] == 1
     names = [name.partition(" ")[0] for name in data["state"]["signals_on"]]
     assert names == ["SO(00)", "SO(01)", "SI(00)"]
@@ -109,3 +110,18 @@ def test_a_trace_is_explained_around_a_time(folder: Path) -> None:
     data = here("explain_trace", folder, **given)["data"]
     assert {event["t_us"] for event in data["events"]} == {0}
     assert data["state"]["watched"] == {"Main.Step": "1"}
+
+
+def test_a_time_after_the_end_of_a_trace_is_refused(folder: Path) -> None:
+    _trace(folder)
+    found = here("explain_trace", folder, trace="trace.jsonl", at="20ms")
+    assert found["error"] == "trace.jsonl: ends at 10 ms, before 20 ms; use an earlier time"
+
+
+def test_a_variable_that_changes_often_is_one_event(folder: Path) -> None:
+    """Sum counts from 1 in the scan at 0 ms to 30 in the scan at 290 ms: 29 changes."""
+    given = {"files": ["Counter.st"], "duration": "300ms", "scan": "10ms", "no_robot": True}
+    trace = here("run", folder, **given, watch=["Main.Sum"])["data"]["trace"]
+    data = here("explain_trace", folder, trace=trace)["data"]
+    text = "Main.Sum changes 29 times until 290 ms, then 30"
+    assert data["events"] == [{"t_us": 10_000, "text": text}]

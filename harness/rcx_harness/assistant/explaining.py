@@ -5,21 +5,31 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 from rcx_harness.assistant.call import Answer, Call
 from rcx_harness.assistant.limits import MOST_EVENTS
 from rcx_harness.look.judge.judge import JudgeOptions, judge
 from rcx_harness.spec import signals
-from rcx_harness.trace import Cycle, Scan, read_trace
+from rcx_harness.trace import Cycle, Scan, Violation, read_trace
 from rcx_harness.trace.explaining import unanswered
 from rcx_harness.trace.tasks import statement_of, task_text
 from structured_text.errors import InputError
-from structured_text.output.units import parse_us
+from structured_text.output.units import format_us, parse_us
 
 __all__ = ["explain_trace", "state_at_the_end"]
 
 _WINDOW = "1s"
+#: If a variable has more changes than this, they are one event.
+_OFTEN = 20
+
+
+class _Change(NamedTuple):
+    """A change of a variable or of a task of a robot program."""
+
+    name: str
+    text: str
+    value: str
 
 
 @dataclass
@@ -30,25 +40,24 @@ class _State:
     values: dict[str, str] = field(default_factory=dict)
     tasks: dict[int, list[str]] = field(default_factory=dict)
 
-    def take(self, record: Scan | Cycle, header: Mapping[str, Any]) -> list[str]:
-        """Take the values of a record, and return its changes of variables and tasks as texts."""
+    def take(self, record: Scan | Cycle, header: Mapping[str, Any]) -> list[_Change]:
+        """Take the values of a record, and return its changes of variables and tasks."""
         who = f"controller {record.controller}: " if record.controller > 1 else ""
+        changes: list[_Change] = []
         if isinstance(record, Scan):
             self.areas[record.controller] = record.so, record.si
-            changes = []
             for name, value in (record.vars or {}).items():
                 before, now = self.values.get(name), str(value)
                 self.values[name] = now
                 if before is not None and before != now:
-                    changes.append(f"{name} changes from {before} to {now}")
-            return changes
-        if record.tasks is None:
-            return []
-        programs = header.get("programs") or []
-        listed = programs[record.controller - 1] if len(programs) >= record.controller else []
-        texts = [task_text(task, statement_of(listed, task)) for task in record.tasks]
-        self.tasks[record.controller] = texts
-        return [f"{who}task {text}" for text in texts]
+                    changes.append(_Change(name, f"changes from {before} to {now}", now))
+        elif record.tasks is not None:
+            programs = header.get("programs") or []
+            listed = programs[record.controller - 1] if len(programs) >= record.controller else []
+            texts = [task_text(task, statement_of(listed, task)) for task in record.tasks]
+            self.tasks[record.controller] = texts
+            changes += [_Change(f"{who}task", text, text) for text in texts]
+        return changes
 
     def shown(self) -> dict[str, Any]:
         """Return the state for an answer."""
@@ -67,9 +76,12 @@ def explain_trace(call: Call) -> Answer:
     from_us, until_us = 0, None
     if at_us is not None:
         from_us, until_us = max(0, at_us - window_us), at_us + window_us
-    events = list(_variables(file, from_us, until_us))
+    events = _changes(file, from_us, until_us)
     told: list[str] = []
     found = judge(JudgeOptions(file=file, from_us=from_us, until_us=until_us), told.append)
+    if at_us is not None and at_us > found.last_us:
+        text = f"ends at {format_us(found.last_us)}, before {format_us(at_us)}"
+        raise InputError(text, file=file, hint="use an earlier time")
     events += [(_when(line), line.split(" s  ", 1)[1].strip()) for line in told]
     events.sort(key=lambda event: event[0])
     shown = _nearest(events, at_us)
@@ -115,17 +127,30 @@ def _when(line: str) -> int:
     return round(float(line.split(" s  ", 1)[0]) * 1e6)
 
 
-def _variables(file: Path, from_us: int, until_us: int | None) -> Iterator[tuple[int, str]]:
-    """Yield the changes of watched variables and of tasks of robot programs."""
-    state = _State()
+def _changes(file: Path, from_us: int, until_us: int | None) -> list[tuple[int, str]]:
+    """Return the broken rules, and the changes of watched variables and of robot programs.
+
+    A variable that changes very often has one event, which would otherwise hide all others.
+    """
+    state, found = _State(), list[tuple[int, str]]()
+    changes: dict[str, list[tuple[int, _Change]]] = {}
     header, records = read_trace(file)
     for record in records:
-        if not isinstance(record, (Scan, Cycle)):
+        shown = from_us <= record.t_us and (until_us is None or record.t_us <= until_us)
+        if isinstance(record, Violation):
+            found += [(record.t_us, f"broken rule: {record.text}")] if shown else []
             continue
-        changes = state.take(record, header)
-        if from_us <= record.t_us and (until_us is None or record.t_us <= until_us):
-            for text in changes:
-                yield record.t_us, text
+        for change in state.take(record, header):
+            if shown:
+                changes.setdefault(change.name, []).append((record.t_us, change))
+    for name, listed in changes.items():
+        if len(listed) <= _OFTEN:
+            found += [(t_us, f"{name} {change.text}") for t_us, change in listed]
+            continue
+        (first_us, _), (last_us, last) = listed[0], listed[-1]
+        text = f"{name} changes {len(listed)} times until {format_us(last_us)}, then {last.value}"
+        found.append((first_us, text))
+    return found
 
 
 def _state(file: Path, end_us: int) -> tuple[dict[str, Any], set[str]]:
