@@ -35,6 +35,9 @@ PANELS = {
         "debug": (
             "Debug a program in an editor, forwards and backwards, by the Debug Adapter Protocol."
         ),
+        "mcp": (
+            "Serve check, run, prove and more to an assistant, by the Model Context Protocol (MCP)."
+        ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
             "Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each."
@@ -105,6 +108,7 @@ _HOMES = {
     "import": ("import_", "import_"),
     "encode": ("codec", "encode"),
     "decode": ("codec", "decode"),
+    "mcp": ("mcp_", "mcp_"),
     "test": ("test_", "test_"),
 }
 
