@@ -86,7 +86,7 @@ def box(block: Block, attached: Attached, state: State) -> Shape:
         row += max(1, *(len(place.outer) for place in pair))
     for text in code:
         if text:
-            made.symbol("inner", begin + 2, row, text)
+            made.symbol("inner", begin + 2, row, text, align="start")
         row += 1
     frame = Symbol("box", begin, len(above), inside + 2, row - len(above) + 1, "", block.id)
     made.made.symbols.append(frame)
@@ -133,7 +133,9 @@ def _add(made: Maker, place: _Place, edge: int, row: int) -> None:
     element, shape = made.made.element, made.made
     wide = columns(place.inner)
     if wide:
-        made.symbol("inner", edge - 1 - wide if place.output else edge + 1, row, place.inner)
+        x = edge - 1 - wide if place.output else edge + 1
+        align = "end" if place.output else "start"
+        made.symbol("inner", x, row, place.inner, align=align)
     at = edge
     if place.negated:
         made.symbol("not", edge if place.output else edge - 1, row, "o")
@@ -151,5 +153,5 @@ def _add(made: Maker, place: _Place, edge: int, row: int) -> None:
     for k, text in enumerate(place.outer):
         wide = columns(text)
         x = far if place.output else far - wide
-        owner = place.element or element
-        shape.symbols.append(Symbol("text", x, row + k, wide, 1, text, owner, place.on))
+        owner, align = place.element or element, "start" if place.output else "end"
+        shape.symbols.append(Symbol("text", x, row + k, wide, 1, text, owner, place.on, align))

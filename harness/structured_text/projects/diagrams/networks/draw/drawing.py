@@ -59,6 +59,8 @@ class Symbol:
         text: The text in it, in one line; for a rail, `left` or `right`.
         element: The `id` of its element; empty if it has none.
         on: Whether its element has power; None if this is not known.
+        align: Where a text stands if its letters are narrower than the cells: `start`, `middle`,
+            `end`.
     """
 
     kind: str
@@ -69,6 +71,7 @@ class Symbol:
     text: str = ""
     element: str = ""
     on: bool | None = None
+    align: str = "middle"
 
     def moved(self, x: int, y: int) -> Symbol:
         """Return the symbol further to the right and further down."""

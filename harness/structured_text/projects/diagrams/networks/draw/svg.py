@@ -6,6 +6,8 @@ power are thick, and values stand beside the names, so that nothing depends on c
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+from dataclasses import replace
 from html import escape
 
 from structured_text.projects.diagrams.networks.draw.bands import in_bands
@@ -18,7 +20,7 @@ from structured_text.projects.diagrams.networks.draw.drawing import (
 from structured_text.projects.diagrams.networks.draw.layout import layout
 from structured_text.projects.diagrams.networks.model import Diagram
 
-__all__ = ["STYLE", "network_svg"]
+__all__ = ["STYLE", "network_svg", "networks_svg"]
 
 #: Size of a cell in pixels.
 _WIDE, _HIGH = 8, 18
@@ -38,7 +40,7 @@ STYLE = (
     ".diagram text{font:12px 'DejaVu Sans Mono',Consolas,monospace;fill:var(--ink);"
     "dominant-baseline:central;white-space:pre}"
     ".diagram .head{font-weight:bold}.diagram .more{fill:var(--soft)}"
-    ".diagram .middle{text-anchor:middle}"
+    ".diagram .middle{text-anchor:middle}.diagram .end{text-anchor:end}"
     ".diagram path,.diagram rect.line,.diagram circle{fill:none;stroke:var(--ink);"
     "stroke-width:1.5}"
     ".diagram rect.line{fill:var(--fill)}.diagram circle.full{fill:var(--ink);stroke:none}"
@@ -70,20 +72,68 @@ def network_svg(
             have it once.
     """
     drawing = in_bands(layout(diagram, network, state), width)
-    head = len(drawing.heading)
-    wide = drawing.width * _WIDE + 2 * _MARGIN
-    high = (drawing.height + head) * _HIGH + 2 * _MARGIN + (_HIGH // 3 if head else 0)
-    ids = f"{name}-{network}-title", f"{name}-{network}-words"
     title, *more = drawing.heading or ("",)
-    lines = [
+    words = " ".join([*more, drawing.words])
+    lines, wide, high = _picture(drawing)
+    ids = f"{name}-{network}"
+    return _element(lines, wide, high, title=title, words=words, ids=ids, styled=styled)
+
+
+def networks_svg(
+    diagram: Diagram, title: str, *, width: int = 150, headed: bool = True, name: str = "networks"
+) -> str:
+    """Return all networks of a diagram below each other as one SVG element.
+
+    Args:
+        diagram: The diagram.
+        title: A title for screen readers.
+        width: Number of columns of 8 pixels from which on a drawing goes on below.
+        headed: Whether number, title and comment stand above each network.
+        name: The beginning of the ids, which must be unique in a page.
+    """
+    lines: list[str] = []
+    words: list[str] = []
+    wide = high = 0
+    for network in diagram.networks:
+        drawing = in_bands(layout(diagram, network.number), width)
+        words += [*drawing.heading, drawing.words]
+        own, across, down = _picture(drawing if headed else replace(drawing, heading=()))
+        lines += [f'<g transform="translate(0 {high})">', *own, "</g>"]
+        wide, high = max(wide, across), high + down - _MARGIN
+    text = " ".join(words)
+    return _element(lines, wide, high + _MARGIN, title=title, words=text, ids=name)
+
+
+def _element(
+    lines: Iterable[str],
+    wide: int,
+    high: int,
+    *,
+    title: str,
+    words: str,
+    ids: str,
+    styled: bool = True,
+) -> str:
+    """Return the SVG element of a picture."""
+    first, second = escape(f"{ids}-title"), escape(f"{ids}-words")
+    begin = [
         f'<svg xmlns="http://www.w3.org/2000/svg" class="diagram" role="img"'
         f' width="{wide}" height="{high}" viewBox="0 0 {wide} {high}"'
-        f' aria-labelledby="{escape(" ".join(ids))}">',
-        f'<title id="{escape(ids[0])}">{_clean(title)}</title>',
-        f'<desc id="{escape(ids[1])}">{_clean(" ".join([*more, drawing.words]))}</desc>',
+        f' aria-labelledby="{first} {second}">',
+        f'<title id="{first}">{_clean(title)}</title>',
+        f'<desc id="{second}">{_clean(words)}</desc>',
         *([f"<style>{STYLE}</style>"] if styled else []),
         f'<rect class="ground" width="{wide}" height="{high}"/>',
     ]
+    return "\n".join([*begin, *lines, "</svg>", ""])
+
+
+def _picture(drawing: Drawing) -> tuple[list[str], int, int]:
+    """Return the elements of a drawing, its width and its height, with margins."""
+    head = len(drawing.heading)
+    wide = drawing.width * _WIDE + 2 * _MARGIN
+    high = (drawing.height + head) * _HIGH + 2 * _MARGIN + (_HIGH // 3 if head else 0)
+    lines = []
     for row, text in enumerate(drawing.heading):
         y = _MARGIN + (row + 0.5) * _HIGH
         lines.append(_text(_MARGIN, y, text, "more" if row else "head"))
@@ -99,7 +149,7 @@ def network_svg(
         before = (symbol.x, symbol.y) in ends
         behind = (symbol.x + symbol.width, symbol.y) in begins
         lines += _symbol(symbol, _SPACE * (before - behind))
-    return "\n".join([*lines, "</g></svg>", ""])
+    return [*lines, "</g>"], wide, high
 
 
 def _clean(text: str) -> str:
@@ -181,8 +231,10 @@ def _symbol(symbol: Symbol, shift: int) -> list[str]:
         return [f'<circle class="not" cx="{middle:g}" cy="{y:g}" r="4"/>']
     if symbol.kind == "cut":
         return [_text(left + shift, y, symbol.text, "cut")]
-    on = " on" if symbol.on and symbol.kind != "inner" else ""
-    return [_text(middle + shift, y, symbol.text, f"middle{on}")]
+    on = ["on"] if symbol.on and symbol.kind != "inner" else []
+    words = [*([] if symbol.align == "start" else [symbol.align]), *on]
+    x = {"start": left, "end": right}.get(symbol.align, middle)
+    return [_text(x + shift, y, symbol.text, " ".join(words))]
 
 
 def _mark(symbol: Symbol, middle: float, y: float) -> list[str]:
