@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from captures import Story, area, pcap, pcapng
+from plcopen_drawings import element, project
 from rcx_harness.cli.app import main
 from rcx_harness.trace.view import BEGINNING
 from view_page import PageContent
@@ -160,6 +161,20 @@ def test_an_invalid_recording_is_one_line_and_no_page(
     assert message in shown.err
     assert (shown.err.count("\n"), shown.out) == (1, "")
     assert [one.name for one in tmp_path.iterdir()] == ["run.jsonl"]
+
+
+def test_the_page_of_a_drawn_program_shows_its_networks(tmp_path: Path, capsys: Captured) -> None:
+    """Their variables are recorded for the page only, so they are not printed as watched."""
+    rung = element("leftPowerRail", 1) + element("contact", 2, "Start", "1", at="50 0")
+    rung += element("coil", 3, "Motor", "2", at="99 0")
+    file, page = tmp_path / "plc.xml", tmp_path / "page.html"
+    file.write_text(project("Start Motor : BOOL", f"<LD>{rung}</LD>"), encoding="utf-8")
+    given = ["--no-robot", "--engine=builtin", "--for=50ms", f"--view={page}"]
+    assert main(["run", str(file), *given]) == 0
+    assert "watched" not in capsys.readouterr().out
+    table = _page(page).table
+    assert [network["title"] for network in table["networks"][0]["networks"]] == ["Network 1"]
+    assert list(table["variables"]) == ["Main.Start", "Main.Motor"]
 
 
 def test_a_missing_recording_is_reported_in_one_line(tmp_path: Path, capsys: Captured) -> None:

@@ -53,11 +53,18 @@ class Maker:
         self._on = on
 
     def symbol(
-        self, kind: str, x: int, y: int, text: str, width: int = 0, align: str = "middle"
+        self,
+        kind: str,
+        x: int,
+        y: int,
+        text: str,
+        width: int = 0,
+        align: str = "middle",
+        pin: str = "",
     ) -> None:
         """Add a symbol with a text in one row."""
         wide, owner = width or columns(text), self.made.element
-        made = Symbol(kind, x, y, wide, 1, text, owner, self._on, align)
+        made = Symbol(kind, x, y, wide, 1, text, owner, self._on, align, pin)
         self.made.symbols.append(made)
 
     def input(self, name: str, x: int, y: int) -> None:

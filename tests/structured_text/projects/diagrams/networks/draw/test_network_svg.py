@@ -6,7 +6,7 @@ import re
 from dataclasses import replace
 from xml.etree import ElementTree
 
-from network_elements import block, coil, contact, from_, ladder, plan, written
+from network_elements import block, coil, contact, from_, ladder, plan, read, written
 from structured_text.projects.diagrams.networks.draw.drawing import State
 from structured_text.projects.diagrams.networks.draw.svg import STYLE, network_svg, networks_svg
 from structured_text.projects.diagrams.networks.model import Network
@@ -125,3 +125,8 @@ def test_several_networks_stand_below_each_other() -> None:
         texts = [[text.text for text in part.iter(f"{_SPACE}text")] for part in parts]
         assert texts[0] == [*(["Network 1"] if headed else []), "A", "B"]
         assert texts[1] == [*(["Network 2: Next"] if headed else []), "C", "D"]
+
+
+def test_a_variable_without_a_name_has_its_line() -> None:
+    nameless = plan(read("1", " "), block("2", "F", [from_("1", name="EN")], []))
+    assert network_svg(nameless, 1).count("<path d=") == 1

@@ -1,0 +1,234 @@
+"""Networks for a page whose script shows in them what was energised at a time.
+
+An entry of the page has the drawing (`svg.live_svg`) and the elements of a network as data for
+JSON. The script finds the power of each line from the values of variables. A value that is not
+recorded is unknown, and so is everything that depends on it.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from structured_text.projects.diagrams.networks.draw.drawing import RAIL
+from structured_text.projects.diagrams.networks.draw.shapes import input_of
+from structured_text.projects.diagrams.networks.draw.svg import VALUE, live_svg
+from structured_text.projects.diagrams.networks.model import (
+    Block,
+    Coil,
+    Connector,
+    Contact,
+    Continuation,
+    Diagram,
+    Element,
+    InVariable,
+    OutVariable,
+    Rail,
+)
+
+__all__ = ["Found", "live_network"]
+
+_LITERAL = re.compile(r"[-+]?\d|['\"]|\w+#")
+_TRUTH = {"TRUE": True, "FALSE": False, "BOOL#TRUE": True, "BOOL#FALSE": False}
+_TRUTH |= {"BOOL#1": True, "BOOL#0": False}
+
+
+@dataclass(frozen=True)
+class Found:
+    """A variable of the program.
+
+    Attributes:
+        path: Its path.
+        boolean: Whether it is a BOOL.
+        shown: Whether it has a value for a drawing: it is not a structure, array or block.
+    """
+
+    path: str
+    boolean: bool
+    shown: bool
+
+
+def live_network(
+    diagram: Diagram,
+    number: int,
+    find: Callable[[str], Found | None],
+    edges: Mapping[tuple[str, str], str],
+    *,
+    width: int,
+    name: str,
+) -> dict[str, Any]:
+    """Return the entry of a network for a page; `paths` are the variables that it shows.
+
+    Args:
+        diagram: The diagram.
+        number: The number of the network.
+        find: Returns a variable by its text in the diagram; None if there is none.
+        edges: The variable that is TRUE at an edge, by the tested variable and the kind of edge.
+        width: Number of columns from which on the drawing goes on below.
+        name: The beginning of the ids in the drawing, which must be unique in a page.
+    """
+    made = _Maker(diagram, number, find, edges)
+    heading = [entry for entry in diagram.networks if entry.number == number]
+    title = heading[0].title if heading else ""
+    return {
+        "title": f"Network {number}{': ' if title else ''}{title}",
+        "comment": heading[0].comment if heading else "",
+        "svg": live_svg(diagram, number, made.values(), width=width, name=name),
+        "elements": made.elements(),
+        "paths": list(made.paths),
+    }
+
+
+class _Maker:
+    """Makes the entries of the elements of a network."""
+
+    def __init__(
+        self,
+        diagram: Diagram,
+        number: int,
+        find: Callable[[str], Found | None],
+        edges: Mapping[tuple[str, str], str],
+    ) -> None:
+        self._find, self._edges = find, edges
+        self.paths: dict[str, None] = {}
+        self._all = {element.id: element for element in diagram.elements}
+        self._own = [element for element in diagram.elements if element.network == number]
+        self._plain = self._numbers()
+
+    def _numbers(self) -> set[tuple[str, str]]:
+        """Return the outputs whose values are not Boolean, as far as this is known."""
+        found = set()
+        for element in self._own:
+            if isinstance(element, InVariable) and self._is_number(element.expression):
+                found.add((element.id, ""))
+            if isinstance(element, Block) and element.instance:
+                for output in element.outputs:
+                    if self._is_number(f"{element.instance}.{output.name}"):
+                        found.add((element.id, output.name))
+            for pin in input_of(element):
+                if isinstance(element, OutVariable):
+                    target = element.expression
+                else:
+                    target = f"{element.instance}.{pin.name}" if isinstance(element, Block) else ""
+                if target and self._is_number(target):
+                    found |= {self._end(line.source, line.pin) for line in pin.connections}
+        # A block shows a VAR_IN_OUT on both sides.
+        for element in self._own:
+            for pin in element.inputs if isinstance(element, Block) else ():
+                if any(self._end(line.source, line.pin) in found for line in pin.connections):
+                    found.add((element.id, pin.name))
+        return found
+
+    def _end(self, source: str, pin: str) -> tuple[str, str]:
+        """Return the output at which a line begins; without a name it is the first one."""
+        element = self._all.get(source)
+        if isinstance(element, Rail):
+            return RAIL
+        if isinstance(element, Block):
+            return source, pin or (element.outputs[0].name if element.outputs else "")
+        return source, ""
+
+    def _is_number(self, text: str) -> bool:
+        if text.strip().upper() in _TRUTH:
+            return False
+        variable = self._find(text)
+        return not variable.boolean if variable else bool(_LITERAL.match(text.strip()))
+
+    def values(self) -> dict[str, str]:
+        """Return the elements and outputs whose values are shown as texts."""
+        used = {
+            self._end(line.source, line.pin)
+            for element in self._own
+            for pin in input_of(element)
+            for line in pin.connections
+        }
+        found = {}
+        for element in self._own:
+            if isinstance(element, (InVariable, OutVariable)):
+                if self._is_shown(element.expression):
+                    found[element.id] = VALUE
+            elif isinstance(element, Block) and element.instance:
+                for output in element.outputs:
+                    free = (element.id, output.name) not in used and not output.target
+                    if free and self._is_shown(f"{element.instance}.{output.name}"):
+                        found[f"{element.id}.{output.name}"] = VALUE
+        return found
+
+    def _is_shown(self, text: str) -> bool:
+        variable = self._find(text)
+        return variable is not None and variable.shown and not variable.boolean
+
+    # --- entries ---
+
+    def elements(self) -> list[dict[str, Any]]:
+        """Return the entries of the elements; the script of the page reads them."""
+        return [
+            {"id": element.id, "kind": self._kind(element), "in": self._inputs(element)}
+            | self._more(element)
+            for element in self._own
+            if not isinstance(element, Rail)
+        ]
+
+    def _kind(self, element: Element) -> str:
+        kinds: dict[type, str] = {Contact: "contact", Coil: "coil", Block: "block"}
+        kinds |= {InVariable: "read", OutVariable: "write"}
+        kinds |= {Connector: "connector", Continuation: "continuation"}
+        return kinds.get(type(element), "end")
+
+    def _inputs(self, element: Element) -> list[dict[str, Any]]:
+        return [
+            {
+                "pin": pin.name,
+                "from": [self._end(line.source, line.pin) for line in pin.connections],
+                "always": _TRUTH.get(pin.value.strip().upper()),
+                "negated": pin.negated,
+                "edge": bool(pin.edge),
+            }
+            for pin in input_of(element)
+        ]
+
+    def _more(self, element: Element) -> dict[str, Any]:
+        if isinstance(element, Contact):
+            return self._contact(element)
+        if isinstance(element, Coil):
+            more = {"name": self._path(element.variable), "negated": element.negated}
+            return more | {"stores": bool(element.storage or element.edge)}
+        if isinstance(element, InVariable):
+            more = {"name": self._path(element.expression), "negated": element.negated}
+            more["always"] = _TRUTH.get(element.expression.strip().upper())
+            return more | {"number": (element.id, "") in self._plain}
+        if isinstance(element, OutVariable):
+            more = {"name": self._path(element.expression), "negated": False}
+            return more | {"number": self._is_number(element.expression)}
+        if isinstance(element, Block):
+            return self._block(element)
+        if isinstance(element, (Connector, Continuation)):
+            return {"line": element.name.upper()}
+        return {}
+
+    def _contact(self, element: Contact) -> dict[str, Any]:
+        """Return what a contact tests. The edge of a negated contact differs between tools."""
+        name = self._path(element.variable)
+        tests = name
+        if element.edge:
+            edge = self._edges.get((element.variable.strip().upper(), element.edge))
+            tests = None if element.negated or edge is None else self._path(edge)
+        return {"name": name, "tests": tests, "negated": element.negated}
+
+    def _block(self, element: Block) -> dict[str, Any]:
+        outputs = []
+        for output in element.outputs:
+            path = self._path(f"{element.instance}.{output.name}") if element.instance else None
+            end = (element.id, output.name)
+            entry = {"pin": output.name, "name": path, "negated": output.negated}
+            outputs.append(entry | {"number": end in self._plain})
+        return {"type": "" if element.instance else element.type.upper(), "out": outputs}
+
+    def _path(self, text: str) -> str | None:
+        variable = self._find(text)
+        if variable is None or not variable.shown:
+            return None
+        self.paths[variable.path] = None
+        return variable.path
