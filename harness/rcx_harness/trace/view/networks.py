@@ -7,7 +7,7 @@ neither the drawings nor, usually, all their variables.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +15,10 @@ from rcx_harness.trace.records import Record, Scan
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.language.displayed import described
-from structured_text.language.source import Line
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
-from structured_text.projects.diagrams.networks.draw.live import Found, live_network
+from structured_text.projects.diagrams.networks.draw.live import Found, edges_of, live_network
 from structured_text.projects.diagrams.networks.model import Diagram
+from structured_text.projects.diagrams.networks.stored import lines_of
 
 __all__ = ["DrawnProgram"]
 
@@ -27,8 +27,6 @@ _WIDTH = 110
 #: Greatest number of networks in a page. The networks of further instances are left out.
 _MOST = 500
 _PATH = re.compile(r"[^\W\d]\w*(?:\.\w+|\[[\d, -]+\]|\^)*")
-_EDGE = re.compile(r"\s*(\w+)\(CLK := (.+)\);")
-_TRIGGERS = {"R_TRIG": "rising", "F_TRIG": "falling"}
 
 
 class DrawnProgram:
@@ -99,7 +97,7 @@ class DrawnProgram:
                 diagram,
                 network.number,
                 find,
-                self._edges(source, owner, network.number, find),
+                edges_of(lines_of(source, owner, network.number)),
                 width=_WIDTH,
                 name=f"d{number_of}",
             )
@@ -125,28 +123,3 @@ class DrawnProgram:
             shown = isinstance(kind, (ElementaryType, EnumType))
             return Found(path, boolean, shown)
         return None
-
-    def _edges(
-        self, source: Path, owner: str, number: int, find: Callable[[str], Found | None]
-    ) -> dict[tuple[str, str], str]:
-        """Return the triggers of a network by variable and edge, if there is only one for both.
-
-        The translation of a network has a trigger for each contact with an edge.
-        """
-        lines: Sequence[Line] = getattr(source, "lines", None) or ()
-        part = owner.partition(".")[2]
-        found: dict[tuple[str, str], list[str]] = {}
-        for line in lines:
-            own = line.owner.partition(".")[2] == part and line.network.split()[-1:] == [
-                f"{number}"
-            ]
-            match = _EDGE.fullmatch(line.text) if own else None
-            trigger = find(f"{match[1]}.Q") if match else None
-            if match is None or trigger is None:
-                continue
-            kind = self._program.type_of(trigger.path.rpartition(".")[0])
-            edge = _TRIGGERS.get(kind.name.upper()) if isinstance(kind, BlockType) else None
-            if edge:
-                key = match[2].strip().upper(), edge
-                found.setdefault(key, []).append(f"{match[1]}.Q")
-        return {key: names[0] for key, names in found.items() if len(names) == 1}

@@ -8,10 +8,11 @@ recorded is unknown, and so is everything that depends on it.
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from structured_text.language.source import Line
 from structured_text.projects.diagrams.networks.draw.drawing import RAIL
 from structured_text.projects.diagrams.networks.draw.shapes import input_of
 from structured_text.projects.diagrams.networks.draw.svg import VALUE, live_svg
@@ -28,11 +29,29 @@ from structured_text.projects.diagrams.networks.model import (
     Rail,
 )
 
-__all__ = ["Found", "live_network"]
+__all__ = ["Found", "LiveNetwork", "edges_of", "live_network"]
 
+#: The call of the trigger that the translation of a network has for a contact with an edge.
+_TRIGGER = re.compile(r"\s*(Rcx(Rising|Falling)\w*)\(CLK := (.+)\);")
 _LITERAL = re.compile(r"[-+]?\d|['\"]|\w+#")
 _TRUTH = {"TRUE": True, "FALSE": False, "BOOL#TRUE": True, "BOOL#FALSE": False}
 _TRUTH |= {"BOOL#1": True, "BOOL#0": False}
+
+
+def edges_of(lines: Iterable[Line]) -> dict[tuple[str, str], str]:
+    """Return the variables that are TRUE at the edges in a network.
+
+    The keys are the tested variable in upper case, and the kind of edge. An edge with several
+    triggers is left out.
+
+    Args:
+        lines: The translation of the network.
+    """
+    found: dict[tuple[str, str], list[str]] = {}
+    for match in filter(None, (_TRIGGER.fullmatch(line.text) for line in lines)):
+        key = match[3].strip().upper(), match[2].lower()
+        found.setdefault(key, []).append(f"{match[1]}.Q")
+    return {key: names[0] for key, names in found.items() if len(names) == 1}
 
 
 @dataclass(frozen=True)
@@ -69,20 +88,32 @@ def live_network(
         width: Number of columns from which on the drawing goes on below.
         name: The beginning of the ids in the drawing, which must be unique in a page.
     """
-    made = _Maker(diagram, number, find, edges)
+    made = LiveNetwork(diagram, number, find, edges)
     heading = [entry for entry in diagram.networks if entry.number == number]
     title = heading[0].title if heading else ""
     return {
         "title": f"Network {number}{': ' if title else ''}{title}",
         "comment": heading[0].comment if heading else "",
-        "svg": live_svg(diagram, number, made.values(), width=width, name=name),
+        "svg": live_svg(
+            diagram, number, dict.fromkeys(made.values(), VALUE), width=width, name=name
+        ),
         "elements": made.elements(),
         "paths": list(made.paths),
     }
 
 
-class _Maker:
-    """Makes the entries of the elements of a network."""
+class LiveNetwork:
+    """A network as entries for what shows its state: a page, or a drawing as text.
+
+    Args:
+        diagram: The diagram.
+        number: The number of the network.
+        find: Returns a variable by its text in the diagram; None if there is none.
+        edges: The variable that is TRUE at an edge, by the tested variable and the kind of edge.
+
+    Attributes:
+        paths: The variables that the entries name.
+    """
 
     def __init__(
         self,
@@ -137,33 +168,32 @@ class _Maker:
         return not variable.boolean if variable else bool(_LITERAL.match(text.strip()))
 
     def values(self) -> dict[str, str]:
-        """Return the elements and outputs whose values are shown as texts."""
+        """Return the variables whose values are shown as texts, by the keys of `State.values`."""
         used = {
             self._end(line.source, line.pin)
             for element in self._own
             for pin in input_of(element)
             for line in pin.connections
         }
-        found = {}
+        names = {}
         for element in self._own:
             if isinstance(element, (InVariable, OutVariable)):
-                if self._is_shown(element.expression):
-                    found[element.id] = VALUE
+                names[element.id] = element.expression
             elif isinstance(element, Block) and element.instance:
                 for output in element.outputs:
-                    free = (element.id, output.name) not in used and not output.target
-                    if free and self._is_shown(f"{element.instance}.{output.name}"):
-                        found[f"{element.id}.{output.name}"] = VALUE
-        return found
-
-    def _is_shown(self, text: str) -> bool:
-        variable = self._find(text)
-        return variable is not None and variable.shown and not variable.boolean
+                    if (element.id, output.name) not in used and not output.target:
+                        names[f"{element.id}.{output.name}"] = f"{element.instance}.{output.name}"
+        found = {key: self._find(name) for key, name in names.items()}
+        return {
+            key: variable.path
+            for key, variable in found.items()
+            if variable is not None and variable.shown and not variable.boolean
+        }
 
     # --- entries ---
 
     def elements(self) -> list[dict[str, Any]]:
-        """Return the entries of the elements; the script of the page reads them."""
+        """Return the entries of the elements, which networks.js and `power_of` read."""
         return [
             {"id": element.id, "kind": self._kind(element), "in": self._inputs(element)}
             | self._more(element)
