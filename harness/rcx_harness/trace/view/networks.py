@@ -1,7 +1,7 @@
 """The drawn networks of a program for the page, and the values that show what was energised.
 
-A page shows networks only if it is made during a run (`rcx run --view`), because a trace has
-neither the drawings nor, usually, all their variables.
+A trace does not have the drawings. `rcx run --view` knows the program and records its variables for
+the page; `rcx view` gets the program from the user (`--program`).
 """
 
 from __future__ import annotations

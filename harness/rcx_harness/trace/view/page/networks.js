@@ -104,7 +104,7 @@ export class Networks {
   }
 
   #lane(path) {
-    return this.#lanes[this.#variables[path]];
+    return this.#lanes[this.#variables[path.toUpperCase()]];
   }
 
   #view(box, { title, comment, svg, elements }, onName) {
