@@ -56,7 +56,7 @@ def drawing_of(
 
     live = LiveNetwork(diagram, number, find, edges_of(lines_of(source, line.pou, number)))
     elements = live.elements()
-    power = power_of(elements, lambda text: _TRUTH.get(shown(held[text])))
+    power = power_of(elements, lambda text: _value(shown(held[text])))
     values = {key: shown(held[name]) for key, name in live.values().items()}
     for element in elements:
         is_boolean = not element.get("number") and element.get("always") is None
@@ -64,3 +64,10 @@ def drawing_of(
             name = element["name"]
             values[element["id"]] = "?" if name is None else shown(held[name])
     return network_text(diagram, number, State(power, values))
+
+
+def _value(text: str) -> bool | int | None:
+    """Return the value of a text if it is a truth value or an integer."""
+    if text in _TRUTH:
+        return _TRUTH[text]
+    return int(text) if text.lstrip("-").isdecimal() else None

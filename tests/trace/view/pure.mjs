@@ -310,6 +310,21 @@ test("a block has the values of its outputs; operators are calculated", () => {
   assert.deepEqual([power("9", "Q"), power("9", "ET"), path("9", "ET")], [true, undefined, "T.ET"]);
 });
 
+test("integers are compared, if the comparison is executed", () => {
+  const pins = (...ends) => ends.map(([pin, end]) => ({ ...from(end)[0], pin, constant: null }));
+  const reads = [tests("0", "Go", ""), { id: "1", kind: "read", in: [], name: "N", always: null, constant: null, number: true }, { id: "2", kind: "read", in: [], name: null, always: null, constant: 7, number: true }];
+  const out = [{ pin: "OUT", name: null, negated: false, number: false }];
+  const made = (type, values) => statesOf([...reads, { id: "9", kind: "block", type, in: pins(["EN", "0"], ["IN1", "1"], ["IN2", "2"]), out }], (path) => values[path]).power("9", "OUT");
+  const all = (N) => ["GT", "GE", "EQ", "LE", "LT", "NE"].map((type) => made(type, { Go: true, N }));
+  assert.deepEqual(all(6), [false, false, false, true, true, true]);
+  assert.deepEqual(all(7), [false, true, true, true, false, false]);
+  assert.deepEqual([made("GT", { Go: false, N: 8 }), made("GT", { Go: true }), made("GT", { Go: true, N: "T#8s" })], [null, null, null]);
+  // An integer at the pin itself, and three inputs.
+  const three = [...pins(["IN1", "1"], ["IN2", "2"]), { pin: "IN3", from: [], always: null, constant: 9, negated: false, edge: false }];
+  const block = { id: "9", kind: "block", type: "LT", in: three, out };
+  assert.deepEqual([6, 7].map((n) => statesOf([...reads, block], () => n).power("9", "OUT")), [true, false]);
+});
+
 test("ENO has the power of EN, and an edge at a pin and a loop are not known", () => {
   const enabled = { id: "2", kind: "block", type: "MOVE", in: [{ ...from("1")[0], pin: "EN" }], out: [{ pin: "ENO", name: null, negated: false, number: false }] };
   const both = [tests("1", "A", ""), enabled];

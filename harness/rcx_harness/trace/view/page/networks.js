@@ -13,10 +13,18 @@ const and = (states) => (states.includes(false) ? false : states.every((one) => 
 const or = (states) => not(and(states.map(not)));
 const xor = (states) => (states.includes(null) ? null : states.filter(Boolean).length % 2 === 1);
 const OPERATORS = { AND: and, OR: or, XOR: xor, NOT: ([state]) => not(state) };
+const COMPARISONS = {
+  GT: (a, b) => a > b,
+  GE: (a, b) => a >= b,
+  EQ: (a, b) => a === b,
+  LE: (a, b) => a <= b,
+  LT: (a, b) => a < b,
+  NE: (a, b) => a !== b,
+};
 
 // The states of a network: `power(id, pin)` of an output, `symbol(id)` of a contact or coil, `name(id)`
-// of an element's variable. `value(path)` says what a variable is: true or false, another value, or
-// undefined where it was not recorded.
+// of an element's variable. `value(path)` says what a variable is: true or false, an integer as a number,
+// another value, or undefined where it was not recorded. draw/power.py does the same.
 export function statesOf(elements, value) {
   const all = new Map(elements.map((one) => [one.id, one]));
   const found = new Map();
@@ -62,9 +70,24 @@ export function statesOf(elements, value) {
     if (out.name !== null) return turned(truth(known(out.name)), out);
     const named = (name) => one.in.find((other) => other.pin.toUpperCase() === name);
     if (pin.toUpperCase() === "ENO") return named("EN") ? turned(input(named("EN")), out) : null;
-    const operator = OPERATORS[one.type];
-    if (!operator || named("EN")) return null;
-    return turned(operator(one.in.map((other) => truth(input(other)))), out);
+    // A function that is not executed keeps its result.
+    if (named("EN") && input(named("EN")) !== true) return null;
+    return turned(result(one.type, one.in.filter((other) => other !== named("EN"))), out);
+  };
+  // Of a Boolean operator, or of a comparison of integers.
+  const result = (type, pins) => {
+    if (OPERATORS[type]) return OPERATORS[type](pins.map((pin) => truth(input(pin))));
+    const numbers = pins.map(number);
+    if (!COMPARISONS[type] || numbers.includes(null)) return null;
+    return numbers.slice(1).every((other, k) => COMPARISONS[type](numbers[k], other));
+  };
+  const number = (pin) => {
+    if (pin.from.length !== 1) return pin.constant;
+    const [id, name] = pin.from[0];
+    const one = all.get(id);
+    if (!one) return null;
+    const found = one.constant ?? known(one.out?.find((out) => out.pin === name)?.name ?? one.name ?? null);
+    return Number.isSafeInteger(found) ? found : null;
   };
   const symbol = (id) => {
     const one = all.get(id);
@@ -141,13 +164,17 @@ export class Networks {
       const lane = this.#lane(path);
       if (!lane) return undefined;
       const now = lane.value(lane.indexAt(t));
-      return lane.form === "bit" ? Boolean(now) : lane.text(now);
+      return lane.form === "bit" ? Boolean(now) : lane.form === "whole" ? now : lane.text(now);
+    };
+    const shown = (path) => {
+      const lane = this.#lane(path);
+      return lane ? lane.text(lane.value(lane.indexAt(t))) : "?";
     };
     for (const { elements, parts } of views) {
       const states = statesOf(elements, value);
       for (const { kind, node, of } of parts) {
         if (kind === "value") {
-          const text = String(value(states.path(...of)) ?? "?");
+          const text = shown(states.path(...of));
           node.textContent = text.length > LETTERS ? `${text.slice(0, LETTERS - 1)}…` : text;
           continue;
         }

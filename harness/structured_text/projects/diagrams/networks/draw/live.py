@@ -33,9 +33,15 @@ __all__ = ["Found", "LiveNetwork", "edges_of", "live_network"]
 
 #: The call of the trigger that the translation of a network has for a contact with an edge.
 _TRIGGER = re.compile(r"\s*(Rcx(Rising|Falling)\w*)\(CLK := (.+)\);")
+_INTEGER = re.compile(r"[-+]?\d{1,15}")
 _LITERAL = re.compile(r"[-+]?\d|['\"]|\w+#")
 _TRUTH = {"TRUE": True, "FALSE": False, "BOOL#TRUE": True, "BOOL#FALSE": False}
 _TRUTH |= {"BOOL#1": True, "BOOL#0": False}
+
+
+def _constant(text: str) -> int | None:
+    """Return the value of an integer literal; None for any other text."""
+    return int(text) if _INTEGER.fullmatch(text.strip()) else None
 
 
 def edges_of(lines: Iterable[Line]) -> dict[tuple[str, str], str]:
@@ -213,6 +219,7 @@ class LiveNetwork:
                 "pin": pin.name,
                 "from": [self._end(line.source, line.pin) for line in pin.connections],
                 "always": _TRUTH.get(pin.value.strip().upper()),
+                "constant": _constant(pin.value),
                 "negated": pin.negated,
                 "edge": bool(pin.edge),
             }
@@ -226,9 +233,15 @@ class LiveNetwork:
             more = {"name": self._path(element.variable), "negated": element.negated}
             return more | {"stores": bool(element.storage or element.edge)}
         if isinstance(element, InVariable):
-            more = {"name": self._path(element.expression), "negated": element.negated}
-            more["always"] = _TRUTH.get(element.expression.strip().upper())
-            return more | {"number": (element.id, "") in self._plain}
+            text = element.expression
+            always, constant = _TRUTH.get(text.strip().upper()), _constant(text)
+            more = {"name": self._path(text), "negated": element.negated}
+            return {
+                **more,
+                "always": always,
+                "constant": constant,
+                "number": (element.id, "") in self._plain,
+            }
         if isinstance(element, OutVariable):
             more = {"name": self._path(element.expression), "negated": False}
             return more | {"number": self._is_number(element.expression)}

@@ -5,7 +5,9 @@ The script of the page (networks.js) does the same for a recording.
 
 from __future__ import annotations
 
+import operator
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 from structured_text.projects.diagrams.networks.draw.drawing import RAIL, Output
@@ -24,8 +26,9 @@ def power_of(
     An output whose power is not known is not in the result.
 
     Args:
-        elements: The entries of the elements (`Network.elements`).
-        value: Returns the value of a variable by its path.
+        elements: The entries of the elements (`LiveNetwork.elements`).
+        value: Returns the value of a variable by its path: a bool, an int, or another object if it
+            is not known or of another type.
     """
     power = _Power(elements, value)
     found = {}
@@ -91,10 +94,33 @@ class _Power:
         enable = next((given for given in element["in"] if given["pin"].upper() == "EN"), None)
         if pin.upper() == "ENO":
             return _turned(self._input(enable), out) if enable else None
-        operator = _OPERATORS.get(element["type"])
-        if operator is None or enable is not None:
+        # A function that is not executed keeps its result.
+        if enable is not None and self._input(enable) is not True:
             return None
-        return _turned(operator([self._input(given) for given in element["in"]]), out)
+        return _turned(self._result(element, [one for one in element["in"] if one != enable]), out)
+
+    def _result(self, element: Mapping[str, Any], inputs: Sequence[Mapping[str, Any]]) -> _State:
+        """Return the result of a Boolean operator, or of a comparison of integers."""
+        if element["type"] in _OPERATORS:
+            return _OPERATORS[element["type"]]([self._input(given) for given in inputs])
+        compare = _COMPARISONS.get(element["type"])
+        numbers = [self._number(given) for given in inputs]
+        if compare is None or None in numbers:
+            return None
+        return all(compare(first, second) for first, second in pairwise(numbers))
+
+    def _number(self, given: Mapping[str, Any]) -> int | None:
+        """Return the integer at a pin; None if it is not known."""
+        if len(given["from"]) != 1:
+            constant: int | None = given["constant"]
+            return constant
+        ident, pin = given["from"][0]
+        source = self._elements.get(ident, {})
+        outputs = [out["name"] for out in source.get("out", ()) if out["pin"] == pin]
+        if source.get("constant") is not None:
+            return int(source["constant"])
+        found = self._value_at(outputs[0] if outputs else source.get("name"))
+        return found if isinstance(found, int) and not isinstance(found, bool) else None
 
     def _input(self, given: Mapping[str, Any]) -> _State:
         if given["edge"]:
@@ -103,8 +129,11 @@ class _Power:
         return _turned(_or(states) if states else given["always"], given)
 
     def _known(self, path: str | None) -> _State:
-        found = self._value(path) if path is not None else None
+        found = self._value_at(path)
         return found if isinstance(found, bool) else None
+
+    def _value_at(self, path: str | None) -> object:
+        return self._value(path) if path is not None else None
 
     def _leads(self, element: Mapping[str, Any]) -> bool:
         return any(
@@ -142,4 +171,12 @@ _OPERATORS: dict[str, Callable[[Sequence[_State]], _State]] = {
     "OR": _or,
     "XOR": _xor,
     "NOT": lambda states: _not(states[0]) if states else None,
+}
+_COMPARISONS: dict[str, Callable[[Any, Any], bool]] = {
+    "GT": operator.gt,
+    "GE": operator.ge,
+    "EQ": operator.eq,
+    "LE": operator.le,
+    "LT": operator.lt,
+    "NE": operator.ne,
 }

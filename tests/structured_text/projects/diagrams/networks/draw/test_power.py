@@ -62,6 +62,29 @@ def test_operators_are_calculated(kind: str, expected: bool | None) -> None:
     )
 
 
+@pytest.mark.parametrize(
+    ("kind", "expected"),
+    [("GT", "000"), ("GE", "010"), ("EQ", "010"), ("LE", "111"), ("LT", "101"), ("NE", "101")],
+)
+def test_integers_are_compared(kind: str, expected: str) -> None:
+    """PT is compared with 7. In the last case there are three inputs: 5, 6 and 7."""
+    inputs = [from_("1", name="IN1"), from_("2", name="IN2")]
+    two = plan(read("1", "PT"), read("2", "7"), block("9", kind, inputs, ["OUT"]))
+    inputs = [*inputs, from_(name="IN3", value="7")]
+    three = plan(read("1", "PT"), read("2", "6"), block("9", kind, inputs, ["OUT"]))
+    found = [_power(two, PT=6)["9.OUT"], _power(two, PT=7)["9.OUT"], _power(three, PT=5)["9.OUT"]]
+    assert "".join(str(int(state)) for state in found) == expected
+    assert _power(two, PT=6.5) == _power(two, PT="T#6s") == {}
+
+
+def test_a_function_that_is_not_executed_has_an_unknown_result() -> None:
+    inputs = [from_("1", name="EN"), from_("2", name="IN1"), from_("3", name="IN2")]
+    compared = block("9", "GT", inputs, ["ENO", "OUT"])
+    diagram = plan(read("1", "A"), read("2", "PT"), read("3", "7"), compared)
+    assert _power(diagram, A=True, PT=8) == {"1": True, "9.ENO": True, "9.OUT": True}
+    assert _power(diagram, A=False, PT=8) == {"1": False, "9.ENO": False}
+
+
 def test_a_block_has_the_values_of_its_outputs_and_eno_that_of_en() -> None:
     timer = block("2", "TON", [from_("1", name="EN")], ["ENO", "Q", "ET"], instance="T")
     diagram = plan(read("1", "A"), timer)
