@@ -102,6 +102,7 @@ def _element(data: Mapping[str, Any]) -> Element:
         given["inputs"] = tuple(map(_input, given["inputs"]))
         given["outputs"] = tuple(Output(**output) for output in given["outputs"])
         given["statements"] = tuple(given["statements"])
+        given["operands"] = tuple(map(tuple, given["operands"]))
     made: Element = _KINDS[data["kind"]](**given)
     return made
 

@@ -66,7 +66,9 @@ def box(block: Block, attached: Attached, state: State) -> Shape:
     right = [place for place in places if place.output]
     above = wrapped(state.named(block.instance, block.id))
     title = wrapped(block.type)
-    code = [line.rstrip() for text in block.statements for line in text.expandtabs(2).splitlines()]
+    operands = _operands(block.operands)
+    in_title = len(left) < 2 > len(right) and not any(one.inner or one.outer for one in places)
+    code = [*operands, *_code(block.statements)]
     count = max(len(left), len(right))
     pairs = [[*left[k : k + 1], *right[k : k + 1]] for k in range(count)]
     inside = max(
@@ -79,10 +81,14 @@ def box(block: Block, attached: Attached, state: State) -> Shape:
     made = Maker(block.id, state.on(block.id))
     for k, text in enumerate(above):
         made.symbol("text", begin + (inside + 2 - columns(text)) // 2, k, text)
-    row = len(above) + 1
+    first = row = len(above) + 1
     for text in title:
         made.symbol("inner", begin + 1 + (inside - columns(text)) // 2, row, text)
         row += 1
+    if in_title:
+        for place in (*left, *right):
+            _add(made, place, end if place.output else begin, first)
+        pairs = []
     for pair in pairs:
         for place in pair:
             _add(made, place, end if place.output else begin, row)
@@ -91,7 +97,9 @@ def box(block: Block, attached: Attached, state: State) -> Shape:
         if text:
             made.symbol("inner", begin + 2, row, text, align="start")
         row += 1
-    frame = Symbol("box", begin, len(above), inside + 2, row - len(above) + 1, "", block.id)
+    frame = Symbol(
+        "box", begin, len(above), inside + 2, row - len(above) + 1, "", block.id, state.on(block.id)
+    )
     made.made.symbols.append(frame)
     made.made.anchor = (begin + end) // 2
     # An empty row below keeps boxes apart.
@@ -125,6 +133,23 @@ def _places(block: Block, attached: Attached, state: State) -> list[_Place]:
 def _outer(variable: InVariable | OutVariable, state: State) -> tuple[str, ...]:
     # A variable without a name has an empty line, so that its connection is drawn.
     return tuple(wrapped(state.named(variable_text(variable), variable.id))) or ("",)
+
+
+def _code(statements: Sequence[str]) -> list[str]:
+    """Return the lines of statements."""
+    return [line.rstrip() for text in statements for line in text.expandtabs(2).splitlines()]
+
+
+def _operands(operands: Sequence[tuple[str, str]]) -> list[str]:
+    """Return the lines of operands: the texts stand below each other, behind the names."""
+    width = max((columns(name) for name, _ in operands), default=0)
+    found = []
+    for name, text in operands:
+        for line in wrapped(text):
+            blanks = " " * (width - columns(name) + (2 if width else 0))
+            found.append(f"{name}{blanks}{line}")
+            name = ""
+    return found
 
 
 def _outer_width(places: Sequence[_Place]) -> int:

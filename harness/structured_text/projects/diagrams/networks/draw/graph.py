@@ -137,7 +137,11 @@ class _Builder:
     """Makes the graph of a network."""
 
     def __init__(self, diagram: Diagram, network: int, state: State) -> None:
-        self._ladder = diagram.language == "LD"
+        self._ladder = diagram.language in ("LD", "RLL")
+        #: What stands at the right end of a rung.
+        self._ends: tuple[type[Element], ...] = (Coil,)
+        if diagram.language == "RLL":
+            self._ends = (Contact, Coil, Block)
         self._all = {element.id: element for element in diagram.elements}
         elements = [
             element
@@ -239,7 +243,7 @@ class _Builder:
         used = {source for source, _ in self._edges}
         for number, node in enumerate(graph.elements):
             source = Port("out", number)
-            if isinstance(node, Coil) and source not in used:
+            if isinstance(node, self._ends) and source not in used:
                 self._edges.append((source, Port("right", graph.coils)))
                 graph.coils += 1
 
@@ -315,7 +319,8 @@ class _Builder:
         ends: set[int] = set()
         for node in reversed(order):
             element = graph.elements[node]
-            if self._ladder and isinstance(element, (Coil, Jump, Return)) and after[node] <= ends:
+            last = (*self._ends, Jump, Return)
+            if self._ladder and isinstance(element, last) and after[node] <= ends:
                 ends.add(node)
             if node in ends or (node not in fed and after[node]):
                 limits = (column[one] - 1 for one in after[node])

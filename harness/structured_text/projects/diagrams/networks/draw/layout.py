@@ -48,14 +48,15 @@ def layout(diagram: Diagram, network: int, state: State | None = None) -> Drawin
 
 
 def _heading(diagram: Diagram, number: int) -> tuple[str, ...]:
+    word = "Rung" if diagram.language == "RLL" else "Network"
     for network in diagram.networks:
         if network.number == number:
             lines = wrapped(
-                f"Network {number}{': ' if network.title else ''}{network.title}", _COMMENT
+                f"{word} {number}{': ' if network.title else ''}{network.title}", _COMMENT
             )
             lines += wrapped(network.comment, _COMMENT)
             return (*lines, *([f"{network.label}:"] if network.label else []))
-    return (f"Network {number}",)
+    return (f"{word} {number}",)
 
 
 class _Layout:

@@ -49,6 +49,7 @@ RULES = (
     ".diagram rect.line{fill:var(--fill)}.diagram circle.full{fill:var(--ink);stroke:none}"
     ".diagram .rail{stroke-width:3}"
     ".diagram path.on{stroke:var(--on);stroke-width:3.5}.diagram circle.full.on{fill:var(--on)}"
+    ".diagram rect.line.on{stroke:var(--on);stroke-width:3}"
     ".diagram text.on{font-weight:bold;fill:var(--on)}"
     ".diagram circle.not{fill:var(--back)}.diagram .cut{fill:var(--soft)}"
 )
@@ -294,7 +295,8 @@ def _symbol(symbol: Symbol, shift: int) -> list[str]:
         return [_path(arcs, symbol.on), *_mark(symbol, middle, y)]
     if symbol.kind == "box":
         size = f'width="{right - left:g}" height="{(symbol.height - 1) * _HIGH:g}"'
-        return [f'<rect class="line" x="{left:g}" y="{y:g}" {size} rx="3"/>']
+        kind = "line on" if symbol.on else "line"
+        return [f'<rect class="{kind}" x="{left:g}" y="{y:g}" {size} rx="3"/>']
     if symbol.kind == "not":
         return [f'<circle class="not" cx="{middle:g}" cy="{y:g}" r="4"/>']
     if symbol.kind == "cut":
