@@ -143,7 +143,8 @@ def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
     """
     whole = str(project) if unit.file != project else ""
     drawn = tuple(unit.piece.diagrams())
-    return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread, diagrams=drawn)
+    lines, made = unit.piece.lines(), unit.generated
+    return Extract.make(unit.file, lines, unit.name, whole, unread, diagrams=drawn, generated=made)
 
 
 # --- bodies in other languages ----------------------------------------------------------------
