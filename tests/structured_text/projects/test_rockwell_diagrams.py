@@ -9,6 +9,7 @@ from structured_text.projects.diagrams.networks.draw.layout import layout
 from structured_text.projects.diagrams.networks.draw.text import network_text
 from structured_text.projects.diagrams.networks.model import Diagram
 from structured_text.projects.diagrams.networks.stored import as_data, from_data
+from structured_text.projects.open import project_sources
 
 _MOTOR = """<AddOnInstructionDefinition Name="Motor"><Parameters>
 <Parameter Name="Go" TagType="Base" DataType="BOOL" Usage="Input" Required="true"/>
@@ -107,3 +108,17 @@ def test_a_box_is_described_with_its_operands(tmp_path: Path) -> None:
     diagram = _diagrams(written(tmp_path, ["XIC(a)MOV(1,i);"]))["P"]
     words = "contact a from the left rail. MOV from contact a with Source 1, Destination i."
     assert layout(diagram, 0).words == words
+
+
+def test_notes_and_diagrams_of_other_routines_stay_with_a_replacement(tmp_path: Path) -> None:
+    """The routine Sub is replaced, with its note about GSV. Main keeps its note and its drawing."""
+    gsv = "GSV(Module,{},EntryStatus,i);"
+    routines = {"Sub": [gsv.format("Other")], "Last": [gsv.format("Third")]}
+    file = written(tmp_path, ["JSR(Sub,0);", gsv.format("Card")], routines=routines)
+    own = tmp_path / "Sub.st"
+    own.write_text("i := 1;\n", encoding="utf-8")
+    found = project_sources([file], {"P.Sub": own})
+    names = [word for word in ("Card", "Other", "Third") if word in "\n".join(found.notes)]
+    assert names == ["Card", "Third"]
+    diagrams = [name for path in found.paths for name, _ in getattr(path, "diagrams", ())]
+    assert diagrams == ["P", "P.Last"]
