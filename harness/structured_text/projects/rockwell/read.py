@@ -10,11 +10,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from structured_text.errors import VARIABLES, InputError
-from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
 from structured_text.projects.model import (
     Foreign,
@@ -29,7 +27,6 @@ from structured_text.projects.model import (
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
 from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.array_sizes import size_parameters
-from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.decorated import type_name, undeclared, used_types
 from structured_text.projects.rockwell.expression_reader import (
@@ -40,11 +37,9 @@ from structured_text.projects.rockwell.expression_reader import (
     tokens_of,
 )
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
-from structured_text.projects.rockwell.ladder.call import Body
-from structured_text.projects.rockwell.ladder.model import LadderError
-from structured_text.projects.rockwell.ladder.rungs import read_rungs
-from structured_text.projects.rockwell.ladder.translate import translated_rungs
 from structured_text.projects.rockwell.modules import module_tags
+from structured_text.projects.rockwell.routines import Routines, statements
+from structured_text.projects.rockwell.sheets.reader import members_in_sheets
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
 from structured_text.projects.rockwell.unknown import unknown_types
 from structured_text.projects.rockwell.values import ENABLE, Values
@@ -92,6 +87,7 @@ class _Reader:
         self._first: list[str] = []
         #: Whether an instruction asks for the first scan of the program that calls it.
         self._asked = False
+        self._routines = Routines(file, self._types, self._notes)
         for kind in self._kinds:
             self._know_type(kind)
         size_parameters(root)
@@ -100,6 +96,7 @@ class _Reader:
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
         self._types.read_members.update(_MEMBER.findall(_code_of(root)))
+        self._types.read_members.update(members_in_sheets(root))
         controller = next(root.below("Controller"), root)
         self._modules = module_tags(root)
         self._made = self._not_declared()
@@ -178,6 +175,7 @@ class _Reader:
             ),
             aoi.get("ExecuteEnableInFalse") == "true",
             "ENABLEOUT" in _code_of(aoi),
+            {_key(one): one.get("Usage") for one in parameters if _key(one) not in ENABLE},
         )
 
     def _data(self, element: Element) -> Data:
@@ -249,8 +247,9 @@ class _Reader:
             lines = made(1, "VAR_GLOBAL", f"  {FIRST_SCAN} : BOOL;", "END_VAR")
             units.append(Unit("VAR_GLOBAL", Piece("L5X_FIRST_SCAN", lines), self._file))
         used |= self._needs
+        own = {_key(one) for one in (*self._kinds, *self._aois)}
         for name, text in HELPERS.items():
-            if name in used:
+            if name in used - own:
                 lines = made(1, *text.splitlines())
                 kind = text.partition(" ")[0]
                 units.append(Unit(kind, Piece(name, lines), self._file))
@@ -325,7 +324,7 @@ class _Reader:
         said, first = "", Lines()
         if not isinstance(body, Foreign):
             said = "\n".join(line.text for line in body).upper()
-            begun = self._body(routines["PRESCAN"], scope) if "PRESCAN" in routines else ()
+            begun = self._routines.body(routines["PRESCAN"], scope) if "PRESCAN" in routines else ()
             first = () if isinstance(begun, Foreign) else begun
         self._needs |= scope.needs
         cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
@@ -356,7 +355,9 @@ class _Reader:
         if not isinstance(body, Foreign):
             body = (*_aliases(parameters, "Input"), *body, *_aliases(parameters, "Output"))
         end = made(aoi.end, "END_FUNCTION_BLOCK")
-        return Unit("FUNCTION_BLOCK", Piece(name, tuple(lines), body, end), self._file)
+        diagram = self._routines.diagram(routines.get("LOGIC"))
+        piece = Piece(name, tuple(lines), body, end, diagram=diagram)
+        return Unit("FUNCTION_BLOCK", piece, self._file)
 
     def _logic(
         self, aoi: Element, routines: Mapping[str, Element], scope: Routine
@@ -368,7 +369,7 @@ class _Reader:
         found = []
         for name in ("LOGIC", "ENABLEINFALSE"):
             used = name in routines and (name == "LOGIC" or block.false_routine)
-            body = self._body(routines[name], scope, may_return=returns) if used else ()
+            body = self._routines.body(routines[name], scope, may_return=returns) if used else ()
             if isinstance(body, Foreign):
                 if name == "LOGIC":
                     return body
@@ -428,11 +429,11 @@ class _Reader:
             self._note(text, program)
         scope = Routine(self._file, self._types, tags, aliases, names)
         called = {
-            key: subroutine_of(names[key], tokens_of(_statements(one)), scope)
+            key: subroutine_of(names[key], tokens_of(statements(one)), scope)
             for key, one in routines.items()
         }
         scope = replace(scope, subroutines=called)
-        body: Lines | Foreign = self._body(main, scope) if main is not None else ()
+        body: Lines | Foreign = self._routines.body(main, scope) if main is not None else ()
         parts = tuple(self._part(name, names[key], one, scope) for key, one in routines.items())
         lines = [*made(program.at, f"PROGRAM {name}")]
         lines += self._section("VAR", own, _IMAGES)
@@ -451,60 +452,20 @@ class _Reader:
         parts_first = prescan.in_order(_key_of(program, "MainRoutineName"), scope.first)
         shared, mine = prescan.by_scope(parts_first, {plain_tag(_key(one)) for one in own})
         self._first += shared
-        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file), mine
+        piece = Piece(name, tuple(lines), body, end, parts, self._routines.diagram(main))
+        return Unit("PROGRAM", piece, self._file), mine
 
     def _part(self, program: str, name: str, routine: Element, scope: Routine) -> Piece:
         """Return a routine that JSR calls."""
         variables: dict[str, str] = {}
         own = scope.subroutines[_key(routine)]
-        body = self._body(routine, replace(scope, own=own), variables)
+        body = self._routines.body(routine, replace(scope, own=own), variables)
         parameters = declared_parameters(own, self._types, routine.at)
         head = made(routine.at, f"METHOD {name}", *_declarations(variables))
         head = (head[0], *parameters, *head[1:])
-        return Piece(f"{program}.{name}", head, body, made(routine.end, "END_METHOD"))
-
-    def _body(
-        self,
-        routine: Element,
-        scope: Routine,
-        variables: dict[str, str] | None = None,
-        *,
-        may_return: bool = True,
-    ) -> Lines | Foreign:
-        """Return the statements of a routine.
-
-        Variables that only this routine needs are added to `variables`, with their types. Without
-        this argument, they are added to the program or instruction. If `may_return` is false,
-        further statements follow the routine, and a rung does not leave it by RETURN.
-        """
-        kind = routine.get("Type")
-        if kind not in ("ST", "RLL"):
-            return Foreign(kind, routine.at)
-        try:
-            if kind == "RLL":
-                body = Body(scope, may_return=may_return)
-                return deeply(partial(self._ladder, routine, body, variables))
-            lines = _statements(routine)
-            scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
-            return deeply(partial(translated, lines, scope))
-        except RecursionError:
-            text = "has statements or expressions nested too deeply"
-            return Foreign(kind, routine.at, text)
-        except LadderError as error:
-            hint = f" ({error.hint})" if error.hint else ""
-            return Foreign(kind, error.at, f"{error.message}{hint}")
-        except InputError as error:
-            hint = f" ({error.hint})" if error.hint else ""
-            return Foreign(kind, error.line or routine.at, f"{error.message}{hint}")
-
-    def _ladder(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Lines:
-        found = translated_rungs(read_rungs(routine, self._note), body)
-        added = body.routine.added
-        added.update(body.kept)
-        body.routine.first[_key(routine)] = body.first
-        self._notes += [f"{self._file}:{at}: {text}" for at, text in body.notes]
-        (added if variables is None else variables).update(body.variables)
-        return found
+        end = made(routine.end, "END_METHOD")
+        diagram = self._routines.diagram(routine)
+        return Piece(f"{program}.{name}", head, body, end, diagram=diagram)
 
     def _tasks(self, names: Mapping[str, str]) -> Iterator[ToolTask]:
         for task in self._root.below("Task"):
@@ -532,12 +493,6 @@ class _Reader:
                 self._file,
                 task.at,
             )
-
-
-def _statements(routine: Element) -> list[Line]:
-    """Return the statements or rungs of a routine, as lines."""
-    texts = (*routine.all("STContent", "Line"), *routine.all("RLLContent", "Rung", "Text"))
-    return [line for one in texts for line in one.lines() if line.text.strip()]
 
 
 def _chosen(condition: str, one: Lines, other: Lines, at: int) -> Lines:
