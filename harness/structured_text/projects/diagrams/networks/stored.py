@@ -64,7 +64,7 @@ def stored_networks(source: Path, places: Collection[str]) -> dict[str, dict[str
     found = {}
     for pou, diagram in getattr(source, "diagrams", ()):
         for network in diagram.networks:
-            for word in ("rung", "network"):
+            for word in ("rung", "network", "sheet"):
                 place = f"{pou}, {word} {network.number}"
                 if place in places:
                     found[place] = as_data(diagram, network.number)
