@@ -34,6 +34,9 @@ PANELS = {
         "debug": (
             "Debug a program in an editor, forwards and backwards, by the Debug Adapter Protocol."
         ),
+        "format": (
+            "Format ST files in the layout of the library: indentation, spaces, columns, capitals."
+        ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
             "Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each."
@@ -99,6 +102,7 @@ COMMANDS = {name: first for commands in PANELS.values() for name, first in comma
 #: Maps a command to its module and function, if these do not have the name of the command.
 _HOMES = {
     "import": ("import_", "import_"),
+    "format": ("format_", "format_"),
     "encode": ("codec", "encode"),
     "decode": ("codec", "decode"),
     "test": ("test_", "test_"),
