@@ -1,0 +1,1 @@
+"""What an editor needs: the language server and the formatter."""
