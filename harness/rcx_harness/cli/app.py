@@ -34,6 +34,9 @@ PANELS = {
         "debug": (
             "Debug a program in an editor, forwards and backwards, by the Debug Adapter Protocol."
         ),
+        "lsp": (
+            "Show mistakes while you type, in an editor that knows the Language Server Protocol."
+        ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
             "Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each."

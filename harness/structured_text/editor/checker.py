@@ -9,6 +9,7 @@ name, directly or through other interfaces. The errors of all other bodies are k
 from __future__ import annotations
 
 import sys
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -25,8 +26,8 @@ from structured_text.language.tree import Pou, Symbol
 
 __all__ = ["Checker"]
 
-#: A body: its file and the name of its POU or method.
-_Key = tuple[str, str]
+#: A body: its file, the name of its POU or method, and its number among those of the same name.
+_Key = tuple[str, str, int]
 
 
 @dataclass
@@ -161,6 +162,8 @@ class Checker:
             return state
         if [one.rest for one in shapes.values()] != [one.rest for one in before.shapes.values()]:
             return state
+        if found.registry.cyclic or before.found.registry.cyclic:
+            return state  # what is known then depends on where the search for cycles begins
         names = {
             *_changed_names(before.shapes, shapes),
             *(word for name in broken ^ before.broken for word in name.split(".")),
@@ -192,10 +195,13 @@ class Checker:
         declarations.globals.clear()
         declarations.globals.update(state.globals)
         seen: list[Body] = []
+        numbers: Counter[tuple[str, str]] = Counter()
         for body in state.bodies or bodies(state.found):
             seen.append(body)
             pou = body.scope.pou
-            key = str(body.scope.where.file), pou.name
+            named = str(body.scope.where.file), pou.name
+            key = (*named, numbers[named])
+            numbers[named] += 1
             result = kept.get(key)
             if result is None:
                 result = self._checked(body)
