@@ -1,0 +1,302 @@
+"""The place of the cursor in a text that somebody is typing, and that may be broken.
+
+The parser cannot read `Pump.` or `Pump(Speed := `. Here the words in front of the cursor are read
+backwards: the variable before the dot, the call around the cursor, and what the value is for. The
+variables that are found so are complete expressions, which the parser and the checker can read.
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from structured_text.editor.texts import Text
+from structured_text.language.parser import read_text
+
+__all__ = ["Call", "Context", "Token", "context", "expression_of", "first_of_path", "tokens_of"]
+
+_TOKEN = re.compile(r"\w[\w\u0300-\u036f]*|:=|=>|<=|>=|<>|\.\.|\*\*|\S")
+_POUS = {
+    "FUNCTION_BLOCK": "END_FUNCTION_BLOCK",
+    "FUNCTION": "END_FUNCTION",
+    "PROGRAM": "END_PROGRAM",
+    "INTERFACE": "END_INTERFACE",
+    "CLASS": "END_CLASS",
+}
+_MEMBERS = {"METHOD": "END_METHOD", "ACTION": "END_ACTION", "PROPERTY": "END_PROPERTY"}
+_ACCESS = frozenset(("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "ABSTRACT", "FINAL", "OVERRIDE"))
+#: Tokens that end a statement or its head, so that no call reaches over them.
+_STOPS = frozenset(
+    (
+        *(";", "THEN", "ELSE", "ELSIF", "DO", "OF", "REPEAT", "UNTIL", "IF", "WHILE", "FOR"),
+        *("CASE", "RETURN", "EXIT", "CONTINUE", "END_IF", "END_CASE", "END_FOR", "END_WHILE"),
+        *("END_REPEAT", "END_VAR", "VAR"),
+    )
+)
+#: Words that are operators and so no part of a variable.
+_OPERATORS = frozenset(("AND", "OR", "XOR", "NOT", "MOD", "AND_THEN", "OR_ELSE", "TO", "BY"))
+_COMPARES = ("=", "<>", "<", ">", "<=", ">=")
+_LABELS_BEHIND = frozenset((";", "OF", "END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT"))
+
+
+@dataclass(frozen=True)
+class Token:
+    """A word or sign of a text; `word` is in upper case."""
+
+    text: str
+    begin: int
+
+    @property
+    def word(self) -> str:
+        """Return the token in upper case."""
+        return self.text.upper()
+
+    @property
+    def is_name(self) -> bool:
+        """Return whether the token can be a part of a variable's path."""
+        first = self.text[0]
+        return (first.isalpha() or first == "_") and self.word not in (*_STOPS, *_OPERATORS)
+
+
+@dataclass(frozen=True)
+class Call:
+    """A call around the cursor.
+
+    Attributes:
+        callee: The text of what is called.
+        given: The upper-case names of the pins that have an argument.
+        active: The upper-case name of the pin that the cursor's argument is for; empty if it has
+            no name.
+        place: The number of the cursor's argument, from 0.
+    """
+
+    callee: str
+    given: frozenset[str]
+    active: str
+    place: int
+
+
+@dataclass(frozen=True)
+class Context:
+    """The place of the cursor.
+
+    Attributes:
+        owner: The key of the POU, method or action; empty outside.
+        part: `body`, `declaration` (in a section of variables), `type` or `outside`.
+        begin: The offset of the word that the cursor is in or behind.
+        word: This word up to the cursor.
+        base: The text of the variable before a dot in front of the word; else empty.
+        prefix: The name before `#` in front of the word; else empty.
+        other: The text of the variable that the word is assigned to or compared with, or of the
+            selector of the CASE that the word is a label of; else empty.
+        is_label: Whether the word can be a label of a CASE.
+        is_type: Whether the word is the name of a type in a declaration.
+        call: The call around the cursor, if there is one.
+    """
+
+    owner: str
+    part: str
+    begin: int
+    word: str = ""
+    base: str = ""
+    prefix: str = ""
+    other: str = ""
+    is_label: bool = False
+    is_type: bool = False
+    call: Call | None = None
+
+
+def tokens_of(text: Text, begin: int = 0, end: int | None = None) -> list[Token]:
+    """Return the words and signs in a part of a text, without comments and texts."""
+    found = _TOKEN.finditer(text.plain, begin, len(text.plain) if end is None else end)
+    return [Token(match.group(), match.start()) for match in found]
+
+
+def context(text: Text, offset: int) -> Context:
+    """Return the place of an offset in a text."""
+    begin = offset
+    while begin and (text.plain[begin - 1].isalnum() or text.plain[begin - 1] == "_"):
+        begin -= 1
+    word = text.plain[begin:offset]
+    before = tokens_of(text, 0, begin)
+    owner, part = _place(before)
+    found: dict[str, Any] = {}
+    last = before[-1].word if before else ""
+    if last == ".":
+        found["base"] = _slice(text, before, len(before) - 2, before[-1].begin)
+    elif last == "#" and len(before) > 1:
+        found["prefix"] = before[-2].text
+    elif part == "body":
+        found = _value(text, before, last)
+    elif part in ("declaration", "type"):
+        behind = _last_of(before, (":", ";", "END_VAR"))
+        found["is_type"] = behind == ":" and last in (":", "OF", "TO", "REF_TO", "EXTENDS")
+    if part == "outside":
+        found["is_type"] = last in ("EXTENDS", "IMPLEMENTS", ":", ",")
+    return Context(owner, part, begin, word, call=_call(text, before, offset), **found)
+
+
+def _value(text: Text, before: Sequence[Token], last: str) -> dict[str, Any]:
+    """Return what a word in a body is for."""
+    if last == ":=" or last in _COMPARES:
+        return {"other": _slice(text, before, len(before) - 2, before[-1].begin)}
+    selector = _selector(text, before)
+    behind_label = last == "," and selector and _is_in_labels(before)
+    if selector and (last in _LABELS_BEHIND or behind_label):
+        return {"other": selector, "is_label": True}
+    return {}
+
+
+def _place(before: Sequence[Token]) -> tuple[str, str]:
+    """Return the key of the POU or method that the tokens end in, and the part of it."""
+    pou = member = accessor = section = ""
+    for number, token in enumerate(before):
+        word = token.word
+        if number and before[number - 1].text == ".":
+            continue
+        if section:
+            section = "" if word in ("END_VAR", "END_TYPE") else section
+        elif word == "TYPE" or (word.startswith("VAR") and (word == "VAR" or word[3] == "_")):
+            section = "type" if word == "TYPE" else "declaration"
+        elif word in _POUS:
+            pou, member, accessor = _name_behind(before, number), "", ""
+        elif word in _MEMBERS:
+            member, accessor = _name_behind(before, number), ""
+            accessor = "?" if word == "PROPERTY" else ""
+        elif word in _POUS.values():
+            pou = member = accessor = ""
+        elif word in _MEMBERS.values():
+            member = accessor = ""
+        elif accessor and word in ("GET", "SET"):
+            accessor = word
+        elif accessor and word in ("END_GET", "END_SET"):
+            accessor = "?"
+    key = ".".join(filter(None, (pou, member, accessor.strip("?"))))
+    return key, section or ("body" if pou else "outside")
+
+
+def _name_behind(before: Sequence[Token], number: int) -> str:
+    for token in before[number + 1 :]:
+        if token.word not in _ACCESS:
+            return token.word
+    return ""
+
+
+def _last_of(before: Sequence[Token], words: Sequence[str]) -> str:
+    return next((one.word for one in reversed(before) if one.word in words), "")
+
+
+def first_of_path(tokens: Sequence[Token], last: int) -> int:
+    """Return the number of the first token of the variable that ends with token `last`.
+
+    The result is greater than `last` if no variable ends there.
+    """
+    at = last
+    while at >= 0:
+        text = tokens[at].text
+        if text in (")", "]"):
+            at = _opening(tokens, at) - 1
+        elif text == "^":
+            at -= 1
+        elif tokens[at].is_name:
+            if at < 2 or tokens[at - 1].text != ".":
+                return at
+            at -= 2
+        else:
+            break
+    return last + 1
+
+
+def _opening(tokens: Sequence[Token], at: int) -> int:
+    """Return the number of the bracket that the bracket at a token closes; -1 without one."""
+    depth = 0
+    while at >= 0:
+        depth += (tokens[at].text in (")", "]")) - (tokens[at].text in ("(", "["))
+        if not depth:
+            return at
+        at -= 1
+    return -1
+
+
+def _slice(text: Text, tokens: Sequence[Token], last: int, end: int) -> str:
+    """Return the text of the variable that ends with a token; empty if there is none."""
+    first = first_of_path(tokens, last)
+    return text.plain[tokens[first].begin : end].strip() if 0 <= first <= last else ""
+
+
+def _call(text: Text, before: Sequence[Token], offset: int) -> Call | None:
+    """Return the innermost call that is open in front of the cursor."""
+    at, depth = len(before) - 1, 0
+    while at > 0:
+        token = before[at]
+        if token.word in _STOPS:
+            return None
+        if token.text in (")", "]"):
+            depth += 1
+        elif token.text in ("(", "[") and depth:
+            depth -= 1
+        elif token.text == "(":
+            callee = _slice(text, before, at - 1, token.begin)
+            if callee:
+                return _arguments(text, callee, before[at + 1 :], offset)
+        at -= 1
+    return None
+
+
+def _arguments(text: Text, callee: str, inside: Sequence[Token], offset: int) -> Call:
+    place, active, depth = 0, "", 0
+    given: set[str] = set()
+    behind = tokens_of(text, offset)
+    for number, token in enumerate((*inside, *behind)):
+        every = (*inside, *behind)
+        depth += (token.text in ("(", "[")) - (token.text in (")", "]"))
+        if depth < 0 or (depth == 0 and token.word in _STOPS):
+            break
+        if depth:
+            continue
+        ahead = number < len(inside)
+        if token.text == "," and ahead:
+            place, active = place + 1, ""
+        elif token.text in (":=", "=>") and number and every[number - 1].is_name:
+            given.add(every[number - 1].word)
+            active = every[number - 1].word if ahead else active
+    return Call(callee, frozenset(given), active, place)
+
+
+def _selector(text: Text, before: Sequence[Token]) -> str:
+    """Return the text of the selector of the innermost CASE; empty outside of a CASE."""
+    open_cases: list[int] = []
+    for number, token in enumerate(before):
+        if token.word == "CASE":
+            open_cases.append(number)
+        elif token.word == "END_CASE" and open_cases:
+            open_cases.pop()
+    if not open_cases:
+        return ""
+    case = open_cases[-1]
+    for token in before[case + 1 :]:
+        if token.word == "OF":
+            return text.plain[before[case].begin + len("CASE") : token.begin].strip()
+    return ""
+
+
+def _is_in_labels(before: Sequence[Token]) -> bool:
+    """Return whether the tokens end in a list of labels: names and commas behind a statement."""
+    for token in reversed(before):
+        if token.word in _LABELS_BEHIND:
+            return True
+        if token.text != "," and not token.is_name:
+            return False
+    return False
+
+
+def expression_of(text: str) -> Any:
+    """Return the syntax of an expression; None if it is not one."""
+    source = read_text.__wrapped__(f"FUNCTION X\nX := {text}\n;END_FUNCTION", Path("expression"))
+    if source.errors or not source.declarations:
+        return None
+    body: Any = getattr(source.declarations[0], "body", ())
+    return body[0].value if len(body) == 1 and hasattr(body[0], "value") else None
