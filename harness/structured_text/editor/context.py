@@ -40,6 +40,10 @@ _STOPS = frozenset(
 _OPERATORS = frozenset(("AND", "OR", "XOR", "NOT", "MOD", "AND_THEN", "OR_ELSE", "TO", "BY"))
 _COMPARES = ("=", "<>", "<", ">", "<=", ">=")
 _LABELS_BEHIND = frozenset((";", "OF", "END_IF", "END_CASE", "END_FOR", "END_WHILE", "END_REPEAT"))
+#: Words and signs behind which a statement can begin.
+_BEFORE_STATEMENTS = frozenset(
+    (*_LABELS_BEHIND, "THEN", "ELSE", "DO", "REPEAT", "END_VAR", "END_TRY", "__TRY")
+) - {"OF"}
 
 
 @dataclass(frozen=True)
@@ -94,6 +98,9 @@ class Context:
             selector of the CASE that the word is a label of; else empty.
         is_label: Whether the word can be a label of a CASE.
         is_type: Whether the word is the name of a type in a declaration.
+        is_start: Whether a statement can begin with the word.
+        is_argument: Whether an argument of the call begins with the word.
+        spec: The name of the type of the variable whose initial value the word is; else empty.
         call: The call around the cursor, if there is one.
     """
 
@@ -106,6 +113,9 @@ class Context:
     other: str = ""
     is_label: bool = False
     is_type: bool = False
+    is_start: bool = False
+    is_argument: bool = False
+    spec: str = ""
     call: Call | None = None
 
 
@@ -134,20 +144,29 @@ def context(text: Text, offset: int) -> Context:
     elif part in ("declaration", "type"):
         behind = _last_of(before, (":", ";", "END_VAR"))
         found["is_type"] = behind == ":" and last in (":", "OF", "TO", "REF_TO", "EXTENDS")
+        if last == ":=" and behind == ":":
+            found["spec"] = before[-2].text
     if part == "outside":
         found["is_type"] = last in ("EXTENDS", "IMPLEMENTS", ":", ",")
-    return Context(owner, part, begin, word, call=_call(text, before, offset), **found)
+    call = _call(text, before, offset) if part == "body" else None
+    found["is_argument"] = call is not None and last in ("(", ",")
+    return Context(owner, part, begin, word, call=call, **found)
 
 
 def _value(text: Text, before: Sequence[Token], last: str) -> dict[str, Any]:
     """Return what a word in a body is for."""
     if last == ":=" or last in _COMPARES:
         return {"other": _slice(text, before, len(before) - 2, before[-1].begin)}
+    start = {"is_start": last in _BEFORE_STATEMENTS or (last == ":" and "CASE" in _words(before))}
     selector = _selector(text, before)
     behind_label = last == "," and selector and _is_in_labels(before)
     if selector and (last in _LABELS_BEHIND or behind_label):
-        return {"other": selector, "is_label": True}
-    return {}
+        return {**start, "other": selector, "is_label": True}
+    return start
+
+
+def _words(tokens: Sequence[Token]) -> set[str]:
+    return {one.word for one in tokens}
 
 
 def _place(before: Sequence[Token]) -> tuple[str, str]:

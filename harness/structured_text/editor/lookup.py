@@ -11,7 +11,7 @@ from structured_text.editor.index import Index, Occurrence
 from structured_text.editor.names import Definition
 from structured_text.editor.texts import Text, same_name
 from structured_text.language import syntax as s
-from structured_text.language.standard import BLOCKS
+from structured_text.language.standard import BLOCKS, FUNCTIONS
 from structured_text.language.types import BlockType, Type
 
 __all__ = ["Callee", "Word", "callee_of", "type_of", "word_at"]
@@ -43,7 +43,7 @@ class Callee:
     Attributes:
         key: The key of the block, function or method.
         block: The type of the instance; None for functions and methods.
-        definition: The declaration; None for a block of the standard.
+        definition: The declaration; None for a block or function of the standard.
     """
 
     key: str
@@ -108,4 +108,6 @@ def callee_of(index: Index, owner: str, written: str) -> Callee | None:
         key = kind.name.upper()
         standard = BLOCKS.get(key) is kind
         return Callee(key, kind, None if standard else index.names.get(key))
+    if isinstance(node, s.Name) and node.key in FUNCTIONS:
+        return Callee(node.key, None, None)
     return None
