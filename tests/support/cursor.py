@@ -9,9 +9,10 @@ from pathlib import Path
 from lsprotocol import types as lsp
 
 from structured_text.editor.index import Index, build
+from structured_text.editor.positions import from_editor, uri_of
 from structured_text.language.parser import read_text
 
-__all__ = ["FOLDER", "MARK", "Place", "at_cursor", "index_of", "marked"]
+__all__ = ["FOLDER", "MARK", "Place", "at_cursor", "edited", "index_of", "marked"]
 
 #: The mark of the cursor in a text.
 MARK = "|"
@@ -58,3 +59,16 @@ def at_cursor(text: str, typed: str | None = None, **others: str) -> Place:
     plain, position = marked(text if typed is None else typed)
     index = index_of(Main=marked(text)[0], **others)
     return Place(index, FOLDER / "Main.st", plain, position)
+
+
+def edited(index: Index, edit: lsp.WorkspaceEdit, file: str) -> str:
+    """Return the text of a file after an edit of a project."""
+    text = index.text(file)
+    result = text.text
+    for one in reversed((edit.changes or {}).get(uri_of(file), [])):
+        begin, end = (
+            text.offset(from_editor(text.lines, place))
+            for place in (one.range.start, one.range.end)
+        )
+        result = result[:begin] + one.new_text + result[end:]
+    return result

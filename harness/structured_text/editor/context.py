@@ -7,27 +7,17 @@ variables that are found so are complete expressions, which the parser and the c
 
 from __future__ import annotations
 
-import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from structured_text.editor.structure import MEMBERS, POUS, Region, Token, scanned, tokens_of
 from structured_text.editor.texts import Text
 from structured_text.language.parser import read_text
 
-__all__ = ["Call", "Context", "Token", "context", "expression_of", "first_of_path", "tokens_of"]
+__all__ = ["Call", "Context", "context", "expression_of", "first_of_path"]
 
-_TOKEN = re.compile(r"\w[\w\u0300-\u036f]*|:=|=>|<=|>=|<>|\.\.|\*\*|\S")
-_POUS = {
-    "FUNCTION_BLOCK": "END_FUNCTION_BLOCK",
-    "FUNCTION": "END_FUNCTION",
-    "PROGRAM": "END_PROGRAM",
-    "INTERFACE": "END_INTERFACE",
-    "CLASS": "END_CLASS",
-}
-_MEMBERS = {"METHOD": "END_METHOD", "ACTION": "END_ACTION", "PROPERTY": "END_PROPERTY"}
-_ACCESS = frozenset(("PUBLIC", "PRIVATE", "PROTECTED", "INTERNAL", "ABSTRACT", "FINAL", "OVERRIDE"))
 #: Tokens that end a statement or its head, so that no call reaches over them.
 _STOPS = frozenset(
     (
@@ -44,25 +34,6 @@ _LABELS_BEHIND = frozenset((";", "OF", "END_IF", "END_CASE", "END_FOR", "END_WHI
 _BEFORE_STATEMENTS = frozenset(
     (*_LABELS_BEHIND, "THEN", "ELSE", "DO", "REPEAT", "END_VAR", "END_TRY", "__TRY")
 ) - {"OF"}
-
-
-@dataclass(frozen=True)
-class Token:
-    """A word or sign of a text; `word` is in upper case."""
-
-    text: str
-    begin: int
-
-    @property
-    def word(self) -> str:
-        """Return the token in upper case."""
-        return self.text.upper()
-
-    @property
-    def is_name(self) -> bool:
-        """Return whether the token can be a part of a variable's path."""
-        first = self.text[0]
-        return (first.isalpha() or first == "_") and self.word not in (*_STOPS, *_OPERATORS)
 
 
 @dataclass(frozen=True)
@@ -119,12 +90,6 @@ class Context:
     call: Call | None = None
 
 
-def tokens_of(text: Text, begin: int = 0, end: int | None = None) -> list[Token]:
-    """Return the words and signs in a part of a text, without comments and texts."""
-    found = _TOKEN.finditer(text.plain, begin, len(text.plain) if end is None else end)
-    return [Token(match.group(), match.start()) for match in found]
-
-
 def context(text: Text, offset: int) -> Context:
     """Return the place of an offset in a text."""
     begin = offset
@@ -132,7 +97,8 @@ def context(text: Text, offset: int) -> Context:
         begin -= 1
     word = text.plain[begin:offset]
     before = tokens_of(text, 0, begin)
-    owner, part = _place(before)
+    regions = scanned(before)[1]
+    owner, part = _place(regions)
     found: dict[str, Any] = {}
     last = before[-1].word if before else ""
     if last == ".":
@@ -140,7 +106,7 @@ def context(text: Text, offset: int) -> Context:
     elif last == "#" and len(before) > 1:
         found["prefix"] = before[-2].text
     elif part == "body":
-        found = _value(text, before, last)
+        found = _value(text, before, regions)
     elif part in ("declaration", "type"):
         behind = _last_of(before, (":", ";", "END_VAR"))
         found["is_type"] = behind == ":" and last in (":", "OF", "TO", "REF_TO", "EXTENDS")
@@ -153,55 +119,32 @@ def context(text: Text, offset: int) -> Context:
     return Context(owner, part, begin, word, call=call, **found)
 
 
-def _value(text: Text, before: Sequence[Token], last: str) -> dict[str, Any]:
+def _value(text: Text, before: Sequence[Token], regions: Sequence[Region]) -> dict[str, Any]:
     """Return what a word in a body is for."""
+    last = before[-1].word
     if last == ":=" or last in _COMPARES:
         return {"other": _slice(text, before, len(before) - 2, before[-1].begin)}
-    start = {"is_start": last in _BEFORE_STATEMENTS or (last == ":" and "CASE" in _words(before))}
-    selector = _selector(text, before)
+    cases = [one for one in regions if one.kind == "CASE"]
+    start = {"is_start": last in _BEFORE_STATEMENTS or (last == ":" and bool(cases))}
+    selector = _selector(text, before, cases[-1]) if cases else ""
     behind_label = last == "," and selector and _is_in_labels(before)
     if selector and (last in _LABELS_BEHIND or behind_label):
         return {**start, "other": selector, "is_label": True}
     return start
 
 
-def _words(tokens: Sequence[Token]) -> set[str]:
-    return {one.word for one in tokens}
-
-
-def _place(before: Sequence[Token]) -> tuple[str, str]:
-    """Return the key of the POU or method that the tokens end in, and the part of it."""
-    pou = member = accessor = section = ""
-    for number, token in enumerate(before):
-        word = token.word
-        if number and before[number - 1].text == ".":
-            continue
-        if section:
-            section = "" if word in ("END_VAR", "END_TYPE") else section
-        elif word == "TYPE" or (word.startswith("VAR") and (word == "VAR" or word[3] == "_")):
-            section = "type" if word == "TYPE" else "declaration"
-        elif word in _POUS:
-            pou, member, accessor = _name_behind(before, number), "", ""
-        elif word in _MEMBERS:
-            member, accessor = _name_behind(before, number), ""
-            accessor = "?" if word == "PROPERTY" else ""
-        elif word in _POUS.values():
-            pou = member = accessor = ""
-        elif word in _MEMBERS.values():
-            member = accessor = ""
-        elif accessor and word in ("GET", "SET"):
-            accessor = word
-        elif accessor and word in ("END_GET", "END_SET"):
-            accessor = "?"
-    key = ".".join(filter(None, (pou, member, accessor.strip("?"))))
-    return key, section or ("body" if pou else "outside")
-
-
-def _name_behind(before: Sequence[Token], number: int) -> str:
-    for token in before[number + 1 :]:
-        if token.word not in _ACCESS:
-            return token.word
-    return ""
+def _place(regions: Sequence[Region]) -> tuple[str, str]:
+    """Return the key of the POU or method of the innermost open region, and the part of it."""
+    names: list[str] = []
+    section = ""
+    for one in regions:
+        if one.name is not None and one.kind in (*POUS, *MEMBERS):
+            names.append(one.name.word)
+        elif one.kind in ("GET", "SET"):
+            names.append(one.kind)
+        elif one.is_section or one.kind == "TYPE":
+            section = "type" if one.kind == "TYPE" else "declaration"
+    return ".".join(names), section or ("body" if names else "outside")
 
 
 def _last_of(before: Sequence[Token], words: Sequence[str]) -> str:
@@ -220,13 +163,18 @@ def first_of_path(tokens: Sequence[Token], last: int) -> int:
             at = _opening(tokens, at) - 1
         elif text == "^":
             at -= 1
-        elif tokens[at].is_name:
+        elif _is_name(tokens[at]):
             if at < 2 or tokens[at - 1].text != ".":
                 return at
             at -= 2
         else:
             break
     return last + 1
+
+
+def _is_name(token: Token) -> bool:
+    """Return whether a token can be a part of a variable's path."""
+    return token.is_word and token.word not in _STOPS and token.word not in _OPERATORS
 
 
 def _opening(tokens: Sequence[Token], at: int) -> int:
@@ -279,26 +227,17 @@ def _arguments(text: Text, callee: str, inside: Sequence[Token], offset: int) ->
         ahead = number < len(inside)
         if token.text == "," and ahead:
             place, active = place + 1, ""
-        elif token.text in (":=", "=>") and number and every[number - 1].is_name:
+        elif token.text in (":=", "=>") and number and _is_name(every[number - 1]):
             given.add(every[number - 1].word)
             active = every[number - 1].word if ahead else active
     return Call(callee, frozenset(given), active, place)
 
 
-def _selector(text: Text, before: Sequence[Token]) -> str:
-    """Return the text of the selector of the innermost CASE; empty outside of a CASE."""
-    open_cases: list[int] = []
-    for number, token in enumerate(before):
-        if token.word == "CASE":
-            open_cases.append(number)
-        elif token.word == "END_CASE" and open_cases:
-            open_cases.pop()
-    if not open_cases:
-        return ""
-    case = open_cases[-1]
-    for token in before[case + 1 :]:
+def _selector(text: Text, before: Sequence[Token], case: Region) -> str:
+    """Return the text of the selector of a CASE; empty if it has none yet."""
+    for token in before[case.first + 1 :]:
         if token.word == "OF":
-            return text.plain[before[case].begin + len("CASE") : token.begin].strip()
+            return text.plain[case.begin + len("CASE") : token.begin].strip()
     return ""
 
 
@@ -307,7 +246,7 @@ def _is_in_labels(before: Sequence[Token]) -> bool:
     for token in reversed(before):
         if token.word in _LABELS_BEHIND:
             return True
-        if token.text != "," and not token.is_name:
+        if token.text != "," and not _is_name(token):
             return False
     return False
 

@@ -133,25 +133,33 @@ class Index:
         return found
 
     def family(self, definition: Definition) -> list[Definition]:
-        """Return a definition and those that must have its name: methods that override it."""
-        if definition.kind not in ("method", "property", "action") or "." not in definition.key:
+        """Return a definition and those that must have its name.
+
+        These are the methods that override each other, and the pins of such methods.
+        """
+        owner = self.names.get(definition.owner)
+        if definition.kind == "variable" and owner is not None and owner.kind == "method":
+            name = definition.name.upper()
+            found = [self.names.get(f"{one.key}.{name}") for one in self.family(owner)]
+            pins = [one for one in found if one is not None]
+            return pins if all(map(_is_pin, pins)) else [definition]
+        if definition.kind not in ("method", "property", "action"):
             return [definition]
         name = definition.key.rpartition(".")[2]
-        owners = {one.key: one for one in self.names.all() if "." not in one.key}
         kin = {definition.owner}
-        while True:
-            more = {
-                key
-                for key in owners
-                for line in [self.names.lineage(key)]
-                if kin & set(line) or any(key in self.names.lineage(one) for one in kin)
-                if self.names.get(f"{key}.{name}") is not None
-            }
-            if more <= kin:
-                break
+        lines = {
+            one.key: set(self.names.lineage(one.key))
+            for one in self.names.all()
+            if "." not in one.key and self.names.get(f"{one.key}.{name}") is not None
+        }
+        while more := {
+            key
+            for key, line in lines.items()
+            if key not in kin and (line & kin or any(key in lines[one] for one in kin))
+        }:
             kin |= more
-        found = [self.names.get(f"{key}.{name}") for key in sorted(kin)]
-        return [one for one in found if one is not None]
+        every = [self.names.get(f"{key}.{name}") for key in sorted(kin)]
+        return [one for one in every if one is not None]
 
     def scope(self, key: str) -> Scope:
         """Return the names that are known in a POU or method; those outside if it is unknown."""
@@ -263,6 +271,11 @@ class _Walk:
             if program.task is not None:
                 self._note(f"@{node.name.key}.{program.task.key}", program.task)
             self._note(program.program.key, program.program)
+
+
+def _is_pin(definition: Definition) -> bool:
+    section = definition.section.kind if definition.section is not None else ""
+    return section in ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
 
 
 def outside_of(registry: Registry, declarations: Declarations) -> Scope:

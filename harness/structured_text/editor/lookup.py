@@ -6,9 +6,10 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from structured_text.editor.context import context, expression_of, first_of_path, tokens_of
+from structured_text.editor.context import context, expression_of, first_of_path
 from structured_text.editor.index import Index, Occurrence
 from structured_text.editor.names import Definition
+from structured_text.editor.structure import tokens_of
 from structured_text.editor.texts import Text, same_name
 from structured_text.language import syntax as s
 from structured_text.language.standard import BLOCKS, FUNCTIONS

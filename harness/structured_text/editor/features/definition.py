@@ -10,7 +10,7 @@ from structured_text.editor.index import DECLARATION, Index
 from structured_text.editor.lookup import Word, word_at
 from structured_text.editor.names import Definition, spec_name
 from structured_text.editor.positions import from_editor, location
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import Text, same_name
 
 __all__ = ["definition", "implementations", "place_of", "type_definition"]
 
@@ -61,8 +61,12 @@ def implementations(
 
 
 def place_of(index: Index, found: Definition) -> lsp.Location:
-    """Return the place of a declared name."""
-    return location(found.file, index.text(found.file).lines, found.at, len(found.name))
+    """Return the place of a declared name; for a name in the XML around the text, its line."""
+    text = index.text(found.file)
+    at = found.at
+    if not same_name(text.name_at(at), found.name) and 0 < at.line <= len(text.lines):
+        at = at._replace(column=text.lines[at.line - 1].find(found.name) + 1 or 1)
+    return location(found.file, text.lines, at, len(found.name))
 
 
 def _word(index: Index, path: Path | str, text: str, position: lsp.Position) -> Word | None:
