@@ -30,7 +30,7 @@ PLANS: Mapping[str, Plan] = {
         {"spec": 2},
     ),
     "structured_text": (
-        {"testing": 1.7, "debug": 3, "explore": 4.3},
+        {"editor": 0.4, "testing": 1.7, "debug": 3, "explore": 4.3},
         {"export": 0, "mutants": 1.1, "coverage": 2.3, "prove": 3.5, "bench": 4.8},
         {"projects": 0.5, "engines": 2.3, "farm": 4.3},
         {"language": 1.5},

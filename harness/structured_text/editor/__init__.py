@@ -1,1 +1,4 @@
-"""What an editor needs: the language server and the formatter."""
+"""The tools of an editor: the index of names, and the features of a language server.
+
+The features are functions of the index and of the text in the editor. They know no server.
+"""
