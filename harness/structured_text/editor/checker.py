@@ -10,13 +10,15 @@ from __future__ import annotations
 
 import sys
 from collections import Counter
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
+from structured_text.editor.index import Index, outside_of
 from structured_text.editor.shapes import Shape, Unit, shape_of, words_of
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
+from structured_text.language.declare import Scope
 from structured_text.language.dialects import Dialect
 from structured_text.language.load import Read, analyse
 from structured_text.language.registry import Declared
@@ -69,18 +71,43 @@ class Checker:
     """Checks a program again and again; after small changes, this is fast.
 
     Attributes:
-        checked_bodies: The number of bodies that the last check has looked at. Tests and benchmarks
-            read it.
+        checked_bodies: The number of bodies that the last check has looked at.
+        errors: The errors that the last check has found.
     """
 
     def __init__(self) -> None:
         self.checked_bodies = 0
+        self.errors: list[InputError] = []
+        self._sources: list[s.Source] = []
         self._state: _State | None = None
         self._words: dict[str, tuple[s.Source, frozenset[str]]] = {}
 
     def check(self, paths: Sequence[Path], read: Read) -> list[InputError]:
         """Return the errors of a program, in the order of the files and lines."""
-        return analyse(paths, read, sys.maxsize, resolving=self._resolve)[1]
+        self._sources = []
+
+        def reading(path: Path) -> s.Source:
+            source = read(path)
+            self._sources.append(source)
+            return source
+
+        self.errors = analyse(paths, reading, sys.maxsize, resolving=self._resolve)[1]
+        return self.errors
+
+    def index(self, text: Callable[[Path], str]) -> Index | None:
+        """Return the index of names of the last check; None if there was no check.
+
+        `text` returns the text of a file.
+        """
+        state = self._state
+        if state is None:
+            return None
+        scopes: dict[str, Scope] = {}
+        for body in state.bodies:
+            if body.statements is not None:
+                scopes.setdefault(body.scope.pou.name.upper(), body.scope)
+        outside = outside_of(state.found.registry, state.found.declarations)
+        return Index(self._sources, scopes, outside, self.errors, text)
 
     def _resolve(
         self,

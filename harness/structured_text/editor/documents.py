@@ -17,9 +17,14 @@ __all__ = ["Documents"]
 
 
 class Documents:
-    """The open documents, by their resolved paths."""
+    """The open documents, by their resolved paths.
+
+    Attributes:
+        changes: The number of changes so far.
+    """
 
     def __init__(self) -> None:
+        self.changes = 0
         self._texts: dict[Path, str] = {}
         self._uris: dict[Path, str] = {}
         self._shown: dict[tuple[Path, str], Path] = {}
@@ -27,6 +32,7 @@ class Documents:
     def put(self, path: Path, uri: str, text: str) -> None:
         """Take over the text of a document."""
         key = real(path)
+        self.changes += 1
         text = text.replace("\r\n", "\n").replace("\r", "\n")
         self._texts[key], self._uris[key] = text, uri
         self._shown = {one: shown for one, shown in self._shown.items() if one[0] != key}
@@ -36,6 +42,7 @@ class Documents:
     def drop(self, path: Path) -> None:
         """Forget a document that the editor has closed."""
         key = real(path)
+        self.changes += 1
         self._texts.pop(key, None)
         SHOWN.pop(key, None)
 

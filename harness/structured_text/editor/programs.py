@@ -10,6 +10,7 @@ from pathlib import Path
 
 from structured_text.editor.checker import Checker
 from structured_text.editor.documents import Documents
+from structured_text.editor.index import Index
 from structured_text.editor.settings import Settings
 from structured_text.errors import InputError
 from structured_text.language import cache
@@ -44,7 +45,9 @@ class Program:
         self, given: Sequence[Path], settings: Settings, find: Find, documents: Documents
     ) -> None:
         self.given, self.settings = list(given), settings
-        self.checker = Checker()
+        self._checker = Checker()
+        self._index: Index | None = None
+        self._checked = -1
         self._find, self._documents = find, documents
         self._found: SourceFiles | None = None
         self._library: list[Path] = []
@@ -53,6 +56,30 @@ class Program:
     def forget(self) -> None:
         """Look for the files again at the next use: files have been added, removed or changed."""
         self._found = None
+        self._checked = -1
+
+    def check(self) -> tuple[SourceFiles, list[InputError]]:
+        """Return the sources and their errors; raise InputError if no sources are found."""
+        self._index, self._checked = None, self._documents.changes
+        sources = self.sources()
+        return sources, self._checker.check(sources.all, self.read)
+
+    def index(self, *, current: bool = True) -> Index | None:
+        """Return the index of names, or None if the sources cannot be read.
+
+        If it need not be current, the index may be that of the text before the last changes.
+        """
+        if self._checked < 0 or (current and self._checked != self._documents.changes):
+            self.check()
+        if self._index is None:
+            self._index = self._checker.index(self._documents.text)
+        return self._index
+
+    def named(self, path: Path) -> Path:
+        """Return the path of a file as the sources name it."""
+        wanted = real(path)
+        every = self._found.all if self._found is not None else []
+        return next((Path(str(file)) for file in every if real(file) == wanted), path)
 
     def sources(self) -> SourceFiles:
         """Return the sources with the texts of open documents, or raise InputError."""

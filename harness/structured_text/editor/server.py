@@ -20,6 +20,7 @@ from pygls.uris import to_fs_path
 from structured_text.editor.diagnostics import note_of_error, note_of_unread
 from structured_text.editor.extras import Extras
 from structured_text.editor.programs import Program, Programs
+from structured_text.editor.requests import Requests
 from structured_text.editor.results import Results
 from structured_text.editor.settings import Settings
 from structured_text.errors import InputError, legible
@@ -53,6 +54,7 @@ class Server(LanguageServer):
         self._changes = 0
         self._said: tuple[str, ...] = ()
         self._tasks: set[asyncio.Task[None]] = set()
+        self._requests = Requests(self)
         self._on(types.INITIALIZE, self._initialize)
         self._on(types.TEXT_DOCUMENT_DID_OPEN, self._opened)
         self._on(types.TEXT_DOCUMENT_DID_CHANGE, self._changed)
@@ -179,12 +181,11 @@ class Server(LanguageServer):
     def _errors(self, program: Program) -> SourceFiles | None:
         """Find the mistakes in a program; return its sources, if it has no mistake."""
         try:
-            sources = program.sources()
+            sources, errors = program.check()
         except InputError as error:
             self.results.put(program, "errors", [note_of_error(error, self._first(program))])
             self.results.forget(program, "notes")
             return None
-        errors = program.checker.check(sources.all, program.read)
         errors = self.extras.explained(errors, sources, program.settings)
         notes = [note_of_error(error, sources.own[0]) for error in errors]
         notes += map(note_of_unread, unread_bodies(sources.all))
