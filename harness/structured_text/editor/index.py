@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
 
@@ -114,11 +114,32 @@ class Index:
         return self._found[key]
 
     def at(self, path: Path | str, at: s.Position, text: Text) -> Occurrence | None:
-        """Return the name at a position, if the text still has this name there."""
-        for one in self.occurrences(path):
-            if one.holds(at) and same_name(text.name_at(one.at), one.name):
-                return one
-        return None
+        """Return the name at a position of a text that may be newer, or None."""
+        return next((one for one in self.placed(path, text) if one.holds(at)), None)
+
+    def placed(self, path: Path | str, text: Text) -> list[Occurrence]:
+        """Return the names of a file at their places in a text that may be newer.
+
+        Names in lines that have changed since the index was made are left out.
+        """
+        known = self.occurrences(path)
+        old, new = self.text(path).lines, text.lines
+        if not self.text(path).text or old == new:
+            return [one for one in known if same_name(text.name_at(one.at), one.name)]
+        same = min(len(old), len(new))
+        above = next((k for k in range(same) if old[k] != new[k]), same)
+        rest = same - above
+        below = next((k for k in range(rest) if old[-1 - k] != new[-1 - k]), rest)
+        moved = len(new) - len(old)
+        found = []
+        for one in known:
+            line = one.at.line
+            if above < line <= len(old) - below:
+                continue
+            at = one.at._replace(line=line + (moved if line > above else 0))
+            if same_name(text.name_at(at), one.name):
+                found.append(replace(one, at=at))
+        return found
 
     def uses(self, definitions: Iterable[Definition]) -> list[Occurrence]:
         """Return all declarations and uses of some definitions, by file and position."""
