@@ -12,11 +12,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from structured_text.editor.structure import MEMBERS, POUS, Region, Token, scanned, tokens_of
+from structured_text.editor.structure import Region, Token, key_of, scanned, tokens_of
 from structured_text.editor.texts import Text
 from structured_text.language.parser import read_text
 
-__all__ = ["Call", "Context", "context", "expression_of", "first_of_path"]
+__all__ = ["Call", "Context", "callee_before", "context", "expression_of", "first_of_path"]
 
 #: Tokens that end a statement or its head, so that no call reaches over them.
 _STOPS = frozenset(
@@ -135,16 +135,12 @@ def _value(text: Text, before: Sequence[Token], regions: Sequence[Region]) -> di
 
 def _place(regions: Sequence[Region]) -> tuple[str, str]:
     """Return the key of the POU or method of the innermost open region, and the part of it."""
-    names: list[str] = []
-    section = ""
+    key = section = ""
     for one in regions:
-        if one.name is not None and one.kind in (*POUS, *MEMBERS):
-            names.append(one.name.word)
-        elif one.kind in ("GET", "SET"):
-            names.append(one.kind)
-        elif one.is_section or one.kind == "TYPE":
+        key = key_of(one, key)
+        if one.is_section or one.kind == "TYPE":
             section = "type" if one.kind == "TYPE" else "declaration"
-    return ".".join(names), section or ("body" if names else "outside")
+    return key, section or ("body" if key else "outside")
 
 
 def _last_of(before: Sequence[Token], words: Sequence[str]) -> str:
@@ -194,6 +190,11 @@ def _slice(text: Text, tokens: Sequence[Token], last: int, end: int) -> str:
     return text.plain[tokens[first].begin : end].strip() if 0 <= first <= last else ""
 
 
+def callee_before(text: Text, tokens: Sequence[Token], number: int) -> str:
+    """Return the text of what the parenthesis at a token calls; empty if it calls nothing."""
+    return _slice(text, tokens, number - 1, tokens[number].begin)
+
+
 def _call(text: Text, before: Sequence[Token], offset: int) -> Call | None:
     """Return the innermost call that is open in front of the cursor."""
     at, depth = len(before) - 1, 0
@@ -206,7 +207,7 @@ def _call(text: Text, before: Sequence[Token], offset: int) -> Call | None:
         elif token.text in ("(", "[") and depth:
             depth -= 1
         elif token.text == "(":
-            callee = _slice(text, before, at - 1, token.begin)
+            callee = callee_before(text, before, at)
             if callee:
                 return _arguments(text, callee, before[at + 1 :], offset)
         at -= 1

@@ -8,9 +8,11 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
+from operator import is_
 from pathlib import Path
+from typing import NamedTuple
 
 from structured_text.editor.names import Definition, Names
 from structured_text.editor.resolving import Resolver
@@ -60,6 +62,15 @@ class Occurrence:
         return at.line == self.at.line and 0 <= at.column - self.at.column <= len(self.name)
 
 
+class _Use(NamedTuple):
+    """A use of a name. It remains valid while the definition moves."""
+
+    key: str
+    at: s.Position
+    name: str
+    role: str
+
+
 class Index:
     """The names of a project.
 
@@ -71,6 +82,13 @@ class Index:
         scopes: The names that are known in each POU and method, by upper-case name.
         outside: The names that are known outside of any POU.
         errors: All errors of the sources, in the order of the files.
+
+    Args:
+        sources: The parsed sources.
+        read_text: Returns the text of a file on disk, as far as it is open in the editor.
+        before: The index before a change. What it has of unchanged sources, which are the same
+            objects, is used again.
+        same: Whether all interfaces are as in `before`, so that only bodies have changed.
     """
 
     def __init__(
@@ -80,16 +98,32 @@ class Index:
         outside: Scope,
         errors: list[InputError],
         read_text: Callable[[Path], str] | None = None,
+        before: Index | None = None,
+        *,
+        same: bool = False,
     ) -> None:
         whole = instantiated(separated(joined(sources)))
-        self.names = Names(whole)
+        self.names: Names = Names(whole, before.names if before is not None else None)
         self.scopes, self.errors, self.outside = scopes, errors, outside
         self._read_text = read_text or _on_disk
         self._texts: dict[str, Text] = {}
         self._paths: dict[str, list[s.Source]] = {}
         for source in whole:
             self._paths.setdefault(str(source.file), []).append(source)
+        self._uses: dict[str, list[_Use]] = {}
         self._found: dict[str, list[Occurrence]] = {}
+        if before is not None:
+            self._keep(before, same=same)
+
+    def _keep(self, before: Index, *, same: bool) -> None:
+        """Take over the texts and, if the interfaces are the same, the uses of unchanged files."""
+        for key, sources in self._paths.items():
+            known = before._paths.get(key, ())
+            if len(known) == len(sources) and all(map(is_, known, sources)):
+                if key in before._texts:
+                    self._texts[key] = before._texts[key]
+                if same and key in before._uses:
+                    self._uses[key] = before._uses[key]
 
     @property
     def files(self) -> list[str]:
@@ -110,15 +144,42 @@ class Index:
         """Return the declarations and uses of names in a file, in the order of the text."""
         key = str(path)
         if key not in self._found:
-            self._found[key] = deeply(partial(self._collected, key))
+            if key not in self._uses:
+                self._uses[key] = deeply(partial(self._collected, key))
+            self._found[key] = [
+                Occurrence(found, key, one.at, one.name, one.role)
+                for one in self._uses[key]
+                if (found := self.names.get(one.key)) is not None
+            ]
         return self._found[key]
 
     def at(self, path: Path | str, at: s.Position, text: Text) -> Occurrence | None:
-        """Return the name at a position, if the text still has this name there."""
-        for one in self.occurrences(path):
-            if one.holds(at) and same_name(text.name_at(one.at), one.name):
-                return one
-        return None
+        """Return the name at a position of a text that may be newer, or None."""
+        return next((one for one in self.placed(path, text) if one.holds(at)), None)
+
+    def placed(self, path: Path | str, text: Text) -> list[Occurrence]:
+        """Return the names of a file at their places in a text that may be newer.
+
+        Names in lines that have changed since the index was made are left out.
+        """
+        known = self.occurrences(path)
+        old, new = self.text(path).lines, text.lines
+        if not self.text(path).text or old == new:
+            return [one for one in known if same_name(text.name_at(one.at), one.name)]
+        same = min(len(old), len(new))
+        above = next((k for k in range(same) if old[k] != new[k]), same)
+        rest = same - above
+        below = next((k for k in range(rest) if old[-1 - k] != new[-1 - k]), rest)
+        moved = len(new) - len(old)
+        found = []
+        for one in known:
+            line = one.at.line
+            if above < line <= len(old) - below:
+                continue
+            at = one.at._replace(line=line + (moved if line > above else 0))
+            if same_name(text.name_at(at), one.name):
+                found.append(replace(one, at=at))
+        return found
 
     def uses(self, definitions: Iterable[Definition]) -> list[Occurrence]:
         """Return all declarations and uses of some definitions, by file and position."""
@@ -171,21 +232,20 @@ class Index:
 
     # --- uses ---
 
-    def _collected(self, key: str) -> list[Occurrence]:
-        found: dict[tuple[s.Position, Definition], Occurrence] = {}
+    def _collected(self, key: str) -> list[_Use]:
+        found: dict[tuple[s.Position, str], _Use] = {}
 
         def add(definition: Definition, name: s.Name, role: str) -> None:
             written = name.text.rpartition(".")[2]  # the name without its namespace
             before = len(name.text) - len(written)
             at = s.Position(name.at.line, name.at.column + before)
             if name.at.line <= ELSEWHERE:
-                one = Occurrence(definition, key, at, written, role)
-                found.setdefault((at, definition), one)
+                found.setdefault((at, definition.key), _Use(definition.key, at, written, role))
 
         resolver = Resolver(self.outside, self.names, add)
         for definition in self.names.of_file(key):
-            meant = resolver.global_of(definition)
             if definition.kind != "list":  # the name of a list is the name of its file
+                meant = resolver.global_of(definition)
                 add(meant, s.Name(definition.name, definition.at), DECLARATION)
         for source in self._paths.get(key, ()):
             _Walk(self, add).source(source)

@@ -11,7 +11,7 @@ from structured_text.language import syntax as s
 from structured_text.language.parser import ACTION
 from structured_text.language.registry import base_name, last_name
 
-__all__ = ["LIST", "Definition", "Names", "spec_name"]
+__all__ = ["LIST", "Definition", "Names", "Part", "spec_name"]
 
 #: First character of the keys of lists of globals, of configurations, and of what they contain.
 #: A list may have the name of a POU.
@@ -56,18 +56,32 @@ class Definition:
 
 
 class Names:
-    """The declared names of some sources."""
+    """The declared names of some sources.
 
-    def __init__(self, sources: Iterable[s.Source]) -> None:
+    The definitions of a source that `before` has as well are taken from it.
+
+    Attributes:
+        parts: The definitions of each source, by the `id` of the source.
+    """
+
+    def __init__(self, sources: Iterable[s.Source], before: Names | None = None) -> None:
         self._by_key: dict[str, Definition] = {}
-        self._places: dict[tuple[str, s.Position], Definition] = {}
         self._in_file: dict[str, list[Definition]] = {}
         self._inside: dict[str, list[Definition]] = {}
         self._bases: dict[str, list[str]] = {}
+        self.parts: dict[int, Part] = {}
+        known = before.parts if before is not None else {}
         for source in sources:
-            self._path = source.file
-            for node in source.declarations:
-                self._declaration(node)
+            part = known.get(id(source))
+            if part is None or part.source is not source:
+                part = Part(source)
+            self.parts[id(source)] = part
+            self._bases |= part.bases
+            self._in_file.setdefault(str(source.file), []).extend(part.every)
+            for key, found in part.keys:
+                if key not in self._by_key:  # what is declared twice has an error
+                    self._by_key[key] = found
+                    self._inside.setdefault(key.rpartition(".")[0], []).append(found)
 
     def get(self, key: str) -> Definition | None:
         """Return the definition with this key; None if there is none."""
@@ -98,7 +112,26 @@ class Names:
 
     def all(self) -> Iterator[Definition]:
         """Return all definitions."""
-        return iter(self._places.values())
+        return (one for found in self._in_file.values() for one in found)
+
+
+class Part:
+    """The definitions of one source.
+
+    Attributes:
+        every: The definitions. A generic block has many keys, but one definition.
+        keys: The definitions with their keys.
+        bases: The keys of what each declaration extends and implements.
+    """
+
+    def __init__(self, source: s.Source) -> None:
+        self.source = source
+        self.keys: list[tuple[str, Definition]] = []
+        self.bases: dict[str, list[str]] = {}
+        self._places: dict[s.Position, Definition] = {}
+        for node in source.declarations:
+            self._declaration(node)
+        self.every = list(self._places.values())
 
     def _add(
         self,
@@ -109,15 +142,12 @@ class Names:
         section: s.Section | None = None,
         number: int = 0,
     ) -> None:
-        place = str(self._path), name.at
-        found = self._places.get(place)
+        found = self._places.get(name.at)
         if found is None:
-            found = Definition(key, name.text, kind, self._path, name.at, node, section, number)
-            self._places[place] = found
-            self._in_file.setdefault(found.file, []).append(found)
-        if key not in self._by_key:  # what is declared twice has an error
-            self._by_key[key] = found
-            self._inside.setdefault(key.rpartition(".")[0], []).append(found)
+            path = self.source.file
+            found = Definition(key, name.text, kind, path, name.at, node, section, number)
+            self._places[name.at] = found
+        self.keys.append((key, found))
 
     def _declaration(self, node: s.Declaration) -> None:
         key = node.name.key
@@ -128,17 +158,17 @@ class Names:
             self._configuration(f"{LIST}{key}", node)
         elif isinstance(node, s.TypeDecl):
             if node.extends is not None:
-                self._bases[key] = [base_name(node)]
+                self.bases[key] = [base_name(node)]
             kinds = {s.StructSpec: "structure", s.EnumSpec: "enumeration"}
             self._add(key, node.name, kinds.get(type(node.spec), "type"), node)
             self._spec(key, node.spec)
         elif isinstance(node, s.Interface):
-            self._bases[key] = [last_name(one) for one in node.extends]
+            self.bases[key] = [last_name(one) for one in node.extends]
             self._add(key, node.name, "interface", node)
             self._members(key, node.members)
         else:
-            self._bases[key] = [] if node.extends is None else [base_name(node)]
-            self._bases[key] += [last_name(one) for one in node.implements]
+            self.bases[key] = [] if node.extends is None else [base_name(node)]
+            self.bases[key] += [last_name(one) for one in node.implements]
             self._add(key, node.name, node.kind.lower(), node)
             for section in node.sections:
                 self._section(key, section)

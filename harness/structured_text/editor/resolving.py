@@ -68,11 +68,13 @@ class Resolver:
         scope, names = self.scope, self._names
         symbol = scope.symbol(key)
         block = scope.block
-        if symbol is None:
-            found = None if block is None else names.member(block.name.upper(), key)
-            return found if found is not None and found.kind == "property" else None
         pou = scope.pou
         own = names.get(f"{pou.name.upper()}.{key}")
+        if symbol is None:
+            # A property, or a variable that has no symbol because its type is not known.
+            found = None if block is None else names.member(block.name.upper(), key)
+            found = own or found
+            return found if found is not None and found.kind in ("variable", "property") else None
         if own is not None and own.kind == "variable":
             return self.global_of(own)
         if symbol is pou.result:

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 from structured_text.editor.texts import Text
 
-__all__ = ["MEMBERS", "POUS", "Region", "Token", "regions_of", "scanned", "tokens_of", "walked"]
+__all__ = ["Region", "Token", "key_of", "regions_of", "scanned", "tokens_of", "walked"]
 
 _TOKEN = re.compile(r"\w[\w\u0300-\u036f]*|:=|=>|<=|>=|<>|\.\.|\*\*|\S")
 POUS = ("FUNCTION_BLOCK", "FUNCTION", "PROGRAM", "INTERFACE", "CLASS")
@@ -111,6 +111,13 @@ def walked(regions: Sequence[Region]) -> Iterator[Region]:
     for one in regions:
         yield one
         yield from walked(one.inside)
+
+
+def key_of(region: Region, above: str) -> str:
+    """Return the key of the POU or member that a region is, or is inside of."""
+    own = region.name.word if region.name is not None and region.kind in (*POUS, *MEMBERS) else ""
+    own = own or (region.kind if region.kind in _ACCESSORS else "")
+    return ".".join(filter(None, (above, own)))
 
 
 class _Scan:

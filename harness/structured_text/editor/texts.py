@@ -43,7 +43,8 @@ class Text:
         lines: Its lines.
         code: The text with blanks in place of the XML around the Structured Text.
         plain: The code with blanks in place of comments, texts and pragmas.
-        comments: First and last offset of each comment.
+        comments: The offsets of each comment: its first, and the one behind it.
+        skipped: The offsets of each comment, text and pragma.
     """
 
     def __init__(self, text: str, path: Path | str = "") -> None:
@@ -53,6 +54,7 @@ class Text:
         xml = Path(str(path)).suffix.lower() in _XML
         self.code = _inside(self.text) if xml else self.text
         self.comments: list[tuple[int, int]] = []
+        self.skipped: list[tuple[int, int]] = []
         self.plain = self._plain()
 
     def offset(self, at: Position) -> int:
@@ -94,6 +96,7 @@ class Text:
                 end = _behind(self.code, match.start())
             if match.lastgroup in ("line", "nested", "block"):
                 self.comments.append((match.start(), end))
+            self.skipped.append((match.start(), end))
             inside = self.code[match.start() : end]
             found += [self.code[done : match.start()], _blank(inside)]
             done = end

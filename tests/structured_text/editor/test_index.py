@@ -7,7 +7,8 @@ from pathlib import Path
 import pytest
 
 from cursor import FOLDER, index_of
-from structured_text.editor.index import Index
+from structured_text.editor.index import Index, build
+from structured_text.language.parser import read_text
 
 _TYPES = "TYPE\n  Mode : (OFF, AUTO);\n  Point : STRUCT x : INT; END_STRUCT;\nEND_TYPE\n"
 _PUMP = """FUNCTION_BLOCK Pump
@@ -119,3 +120,21 @@ def test_the_index_knows_the_errors_of_the_check() -> None:
     assert [(error.file, error.line, error.message) for error in index.errors] == [
         (str(FOLDER / "Main.st"), 2, "b is not declared")
     ]
+
+
+def test_an_index_after_a_change_of_a_body_uses_the_one_before() -> None:
+    """Pump moves by one line; the uses in Main, which is unchanged, still lead to it."""
+    main = "PROGRAM Main VAR P : Pump; END_VAR\nP(Speed := 1);\nEND_PROGRAM\n"
+    block = "FUNCTION_BLOCK Pump VAR_INPUT Speed : INT; END_VAR\nEND_FUNCTION_BLOCK\n"
+    texts = {FOLDER / "Main.st": main, FOLDER / "Pump.st": block}
+    sources = {path: read_text(text, path) for path, text in texts.items()}
+    before = build(list(texts), sources.__getitem__, texts.__getitem__)
+    assert len(_uses(before, "PUMP.SPEED")) == 2
+    newer = texts | {FOLDER / "Pump.st": f"\n{block}"}
+    moved = [
+        sources[path] if text == texts[path] else read_text(text, path)
+        for path, text in newer.items()
+    ]
+    after = Index(moved, before.scopes, before.outside, [], newer.__getitem__, before, same=True)
+    assert after.names.get("MAIN.P") is before.names.get("MAIN.P")
+    assert _uses(after, "PUMP.SPEED") == [("Main", 2, 3), ("Pump", 2, 31)]

@@ -46,14 +46,14 @@ def highlights(
     found = _definition(index, path, text, position)
     if found is None:
         return None
-    lines = Text(text, path).lines
+    whole = Text(text, path)
     kinds = {WRITE: lsp.DocumentHighlightKind.Write, DECLARATION: lsp.DocumentHighlightKind.Text}
     return [
         lsp.DocumentHighlight(
-            range_of(lines, one.at, len(one.name)),
+            range_of(whole.lines, one.at, len(one.name)),
             kinds.get(one.role, lsp.DocumentHighlightKind.Read),
         )
-        for one in _written(index, index.occurrences(path))
+        for one in index.placed(path, whole)
         if one.definition is found
     ]
 
