@@ -41,6 +41,9 @@ PANELS = {
         "format": (
             "Format ST files in the layout of the library: indentation, spaces, columns, capitals."
         ),
+        "lsp": (
+            "Show mistakes while you type, in an editor that knows the Language Server Protocol."
+        ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
             "Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each."

@@ -23,7 +23,7 @@ PLANS: Mapping[str, Plan] = {
         {"cli": 2.3},
         {"assistant": 2.3},
         {"testing": 0.8, "new": 1.8, "bridge": 2.8, "serve": 3.8, "look": 4.8},
-        {"verify": 0},
+        {"editor": 0, "verify": 1},
         {"cell": 2},
         {"trace": 1.5},
         {"watch": 1.5},
