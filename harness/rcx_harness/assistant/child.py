@@ -6,6 +6,7 @@ import json
 import os
 import sys
 import sysconfig
+import traceback
 from collections.abc import Iterable
 from pathlib import Path
 from threading import Lock
@@ -44,8 +45,18 @@ def answered(call: Call) -> dict[str, Any]:
         return {"error": "the call needs more memory than its limit allows; give it less work"}
     except OSError as error:
         return {"error": legible(str(refused(error)))}
+    except Exception as error:  # the assistant must get an answer, and the server lives on
+        return {"error": legible(_own_error(error))}
     data, text = _relative(plain(answer.data), call), _relative(answer.text, call)
     return {"data": data, "text": text, "whole": answer.whole}
+
+
+def _own_error(error: Exception) -> str:
+    """Return the message for an error that is a fault of the package itself."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    what = "".join(traceback.format_exception_only(error)).strip()
+    place = f"{Path(last.filename).name}:{last.lineno}"
+    return f"this is an error of rcx itself: {what} ({place}); please report it"
 
 
 def serve_call(command: Command) -> int:
