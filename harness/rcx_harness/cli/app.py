@@ -35,6 +35,15 @@ PANELS = {
         "debug": (
             "Debug a program in an editor, forwards and backwards, by the Debug Adapter Protocol."
         ),
+        "mcp": (
+            "Serve check, run, prove and more to an assistant, by the Model Context Protocol (MCP)."
+        ),
+        "format": (
+            "Format ST files in the layout of the library: indentation, spaces, columns, capitals."
+        ),
+        "lsp": (
+            "Show mistakes while you type, in an editor that knows the Language Server Protocol."
+        ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
             "Write the library for a PLC tool; `docs/how-to/export.md` shows the state of each."
@@ -103,8 +112,10 @@ COMMANDS = {name: first for commands in PANELS.values() for name, first in comma
 #: Maps a command to its module and function, if these do not have the name of the command.
 _HOMES = {
     "import": ("import_", "import_"),
+    "format": ("format_", "format_"),
     "encode": ("codec", "encode"),
     "decode": ("codec", "decode"),
+    "mcp": ("mcp_", "mcp_"),
     "test": ("test_", "test_"),
 }
 
