@@ -220,3 +220,17 @@ def test_parameters_and_aliases_show_the_types_of_a_modules_tag(tmp_path: Path) 
     running.write("Rack_2_I.Pt0.Data", True)
     _run(running)
     assert [running.read(f"Main.{name}") for name in ("j", "a")] == [42, True]
+
+
+def test_an_output_may_stand_for_a_member_of_a_local_tag(tmp_path: Path) -> None:
+    """Lost is the member DN of the local timer; its type is that of the member, BOOL."""
+    aoi = (
+        '<AddOnInstructionDefinition Name="Watch"><Parameters><Parameter Name="Lost"'
+        ' TagType="Alias" AliasFor="Timer.DN" Usage="Output" Required="false"/></Parameters>'
+        '<LocalTags><LocalTag Name="Timer" DataType="TIMER"/></LocalTags><Routines>'
+        f"{routine('Logic', ['TON(Timer,?,?);'])}</Routines></AddOnInstructionDefinition>"
+    )
+    rungs = ["Watch(w);", "XIC(w.Lost)OTE(b);"]
+    running = program(written(tmp_path, rungs, tags={"w": "Watch"}, aois=aoi))
+    running.scan(0)
+    assert running.read("Main.b") is True

@@ -39,6 +39,11 @@ def _system(call: Call) -> None:
     call.body.notes.append((call.instruction.at, f"{name} of {what} {effect}"))
 
 
+def _event(call: Call) -> None:
+    text = f"EVENT does not start the task {call.raw(0)}, because a task of events does not run"
+    call.body.notes.append((call.instruction.at, text))
+
+
 def _nothing(call: Call) -> None:
     """Do nothing."""
     del call
@@ -55,16 +60,18 @@ def _hint() -> str:
     )
 
 
-#: Instructions that are refused by name: motion, communication, and process control.
+#: Instructions that are refused by name: motion, communication, process control, and phases.
 _REFUSED = """
 MAAT MAFR MAG MAH MAHD MAJ MAM MAOC MAPC MAR MAS MASD MASR MATC MAW MCCD MCCM MCCP MCD MCLM MCS
 MCSD MCSR MCSV MCT MDAC MDCC MDF MDO MDOC MDR MDS MDW MGS MGSD MGSP MGSR MRAT MRHD MRP MSF MSO
 MSG ABL ACB ACL AHL ARD ARL AWA AWT
-PID ALMA ALMD IOT EVENT SRT STD AVE SFP SFR FOR BRK DDT FBC DTR
+PID ALMA ALMD IOT SRT STD AVE SFP SFR FOR BRK DDT FBC DTR
+PSC PFL PCMD PCLF PXRQ PRNP PPD PATT PDET POVR
 """
 OTHERS = (
     Entry("GSV", ("Class", "Instance", "Attribute", "Dest"), _system, "1756-RM003, GSV"),
     Entry("SSV", ("Class", "Instance", "Attribute", "Source"), _system, "1756-RM003, SSV"),
+    Entry("EVENT", ("Task",), _event, "1756-RM003, EVENT"),
     Entry("UID", (), _nothing, "1756-RM003, UID; tasks do not interrupt each other here"),
     Entry("UIE", (), _nothing, "1756-RM003, UIE; tasks do not interrupt each other here"),
     *(Entry(name, (), _refused, "1756-RM003, MOTION-RM002", -1) for name in _REFUSED.split()),
