@@ -136,6 +136,23 @@ def test_folding_has_the_variables(client: LspClient, folder: Path) -> None:
     assert 4 in [one["startLine"] for one in found]
 
 
+def test_colours_name_their_legend(client: LspClient, folder: Path) -> None:
+    legend = client.capabilities["semanticTokensProvider"]["legend"]["tokenTypes"]
+    data = client.ask("semanticTokens/full", folder / "MAIN.TcPOU")["data"]
+    kinds = {legend[data[number]] for number in range(3, len(data), 5)}
+    assert {"class", "variable", "method", "keyword", "comment", "number"} <= kinds
+
+
+def test_hints_name_omitted_inputs(client: LspClient, folder: Path) -> None:
+    main = folder / "MAIN.TcPOU"
+    client.change(main, MAIN.replace("Front(Speed := 3)", "Front()"))
+    lines = {"start": {"line": 0, "character": 0}, "end": {"line": 15, "character": 0}}
+    (found,) = client.ask("inlayHint", main, range=lines)
+    assert found["position"] == {"line": CALL, "character": _column(CALL, "(") + 1}
+    assert "Speed" in str(found["label"])
+    client.change(main, MAIN)
+
+
 def _edits(found: dict[str, Any]) -> list[tuple[str, int, str]]:
     return sorted(
         (Path(uri).name, edit["range"]["start"]["line"], edit["newText"])
