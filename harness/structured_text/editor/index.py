@@ -27,9 +27,7 @@ from structured_text.language.load import Read, survey
 from structured_text.language.namespaces import separated
 from structured_text.language.phases import joined
 from structured_text.language.registry import Declared, Registry, last_name
-from structured_text.language.source import ELSEWHERE
-from structured_text.output.limits import SOURCE
-from structured_text.output.reading import file_bytes, text_of
+from structured_text.language.source import ELSEWHERE, source_text
 
 __all__ = ["DECLARATION", "Index", "Occurrence", "build", "outside_of"]
 
@@ -105,7 +103,7 @@ class Index:
         whole = instantiated(separated(joined(sources)))
         self.names: Names = Names(whole, before.names if before is not None else None)
         self.scopes, self.errors, self.outside = scopes, errors, outside
-        self._read_text = read_text or _on_disk
+        self._read_text = read_text or source_text
         self._texts: dict[str, Text] = {}
         self._paths: dict[str, list[s.Source]] = {}
         for source in whole:
@@ -344,10 +342,6 @@ def outside_of(registry: Registry, declarations: Declarations) -> Scope:
     pou = s.Pou("FUNCTION", s.Name(_EMPTY, start), None, (), (), start)
     where = Declared(pou, s.Source(_PROBE, (pou,)))
     return Scope(t.Pou("FUNCTION", _EMPTY, str(_PROBE), {}), where, registry, declarations)
-
-
-def _on_disk(path: Path) -> str:
-    return text_of(file_bytes(path, SOURCE), path)
 
 
 def build(paths: Sequence[Path], read: Read, text: Callable[[Path], str] | None = None) -> Index:

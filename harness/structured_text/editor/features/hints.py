@@ -20,7 +20,7 @@ from structured_text.editor.lookup import Callee, callee_of
 from structured_text.editor.pins import Pin, pins_of_callee
 from structured_text.editor.positions import from_editor, to_editor
 from structured_text.editor.structure import Region, Token, key_of, scanned, tokens_of
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import Text, document
 from structured_text.language.scalars import ANY_BIT, ANY_CHARS, ANY_INT, ANY_REAL
 from structured_text.language.types import ElementaryType, EnumType
 
@@ -53,7 +53,7 @@ class _Call:
 
 def hints(index: Index, path: Path | str, text: str, where: lsp.Range) -> list[lsp.InlayHint]:
     """Return a hint for each call in a range that omits inputs."""
-    whole = Text(text, path)
+    whole = document(text, str(path))
     begin = whole.offset(from_editor(whole.lines, where.start))
     end = whole.offset(from_editor(whole.lines, where.end))
     tokens = tokens_of(whole)

@@ -11,7 +11,7 @@ from structured_text.editor.index import Index
 from structured_text.editor.lookup import word_at
 from structured_text.editor.names import Definition, spec_name
 from structured_text.editor.positions import from_editor, span
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import document
 from structured_text.editor.writing import (
     PIN_SECTIONS,
     comment,
@@ -41,7 +41,7 @@ def hover(
 
     `extra` adds text for a declared name.
     """
-    whole = Text(text, path)
+    whole = document(text, str(path))
     offset = whole.offset(from_editor(whole.lines, position))
     word = word_at(index, path, whole, offset)
     if word is None:

@@ -18,7 +18,7 @@ from structured_text.editor.index import Index, Occurrence
 from structured_text.editor.lookup import Word, word_at
 from structured_text.editor.names import Definition
 from structured_text.editor.positions import from_editor, range_of, span, uri_of
-from structured_text.editor.texts import Text, same_name
+from structured_text.editor.texts import Text, document, same_name
 from structured_text.errors import InputError
 from structured_text.language.lexer import KEYWORDS
 from structured_text.language.standard import reserved
@@ -78,7 +78,7 @@ def rename(
 def _at(
     index: Index, path: Path | str, text: str, position: lsp.Position
 ) -> tuple[Text, Word | None]:
-    whole = Text(text, path)
+    whole = document(text, str(path))
     return whole, word_at(index, path, whole, whole.offset(from_editor(whole.lines, position)))
 
 

@@ -124,10 +124,20 @@ def test_types_are_offered_behind_the_colon_of_a_declaration() -> None:
     assert not labels & {"Main", "Twice", "a"}
 
 
-def test_an_initial_value_has_the_type_of_its_variable() -> None:
-    """Members of the enumeration are offered behind `: Mode :=`."""
-    typed = "PROGRAM Main\nVAR\n  x : Mode := |\nEND_VAR\nEND_PROGRAM\n"
-    assert _labels(typed) == ["OFF", "AUTO"]
+@pytest.mark.parametrize(
+    ("declared", "labels"),
+    [
+        ("x : Mode := |", ["OFF", "AUTO"]),
+        ("x : Point := (|", ["x", "y"]),
+        ("x : Point := (x := (1 + 2), |", ["x", "y"]),
+        ("x : Point := (x := 1, y := |", ["OFF", "AUTO"]),
+        ("x : Pump := (How := |", ["OFF", "AUTO"]),
+        ("a : BOOL; x : Pump := (|", ["Speed", "How", "Busy"]),
+    ],
+)
+def test_an_initial_value_has_the_type_of_its_variable(declared: str, labels: list[str]) -> None:
+    """Members of an enumeration, and the fields of structures and blocks, are offered."""
+    assert _labels(f"PROGRAM Main\nVAR\n  {declared}\nEND_VAR\nEND_PROGRAM\n") == labels
 
 
 @pytest.mark.parametrize("body", ["(* P.| *)", "// P.|", "a := 'P.|';"])
