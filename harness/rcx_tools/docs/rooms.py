@@ -21,8 +21,9 @@ Plan: TypeAlias = tuple[Mapping[str, float], ...]
 PLANS: Mapping[str, Plan] = {
     "rcx_harness": (
         {"cli": 2.3},
+        {"assistant": 2.3},
         {"testing": 0.8, "new": 1.8, "bridge": 2.8, "serve": 3.8, "look": 4.8},
-        {"verify": 0},
+        {"editor": 0, "verify": 1},
         {"cell": 2},
         {"trace": 1.5},
         {"watch": 1.5},
@@ -30,7 +31,7 @@ PLANS: Mapping[str, Plan] = {
         {"spec": 2},
     ),
     "structured_text": (
-        {"testing": 1.7, "debug": 3, "explore": 4.3},
+        {"editor": 0.4, "testing": 1.7, "debug": 3, "explore": 4.3},
         {"export": 0, "mutants": 1.1, "coverage": 2.3, "prove": 3.5, "bench": 4.8},
         {"projects": 0.5, "engines": 2.3, "farm": 4.3},
         {"language": 1.5},

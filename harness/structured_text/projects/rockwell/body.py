@@ -14,6 +14,8 @@ from structured_text.projects.rockwell.expression_reader import (
     bare,
     tokens_of,
 )
+from structured_text.projects.rockwell.sheets.blocks import CALLED, NO_TEXT
+from structured_text.projects.rockwell.sheets.statements import no_array
 from structured_text.projects.rockwell.subroutines import SubroutineReader
 from structured_text.projects.rockwell.system import SYSTEM_HINT, is_known_class, note_of
 
@@ -22,7 +24,6 @@ __all__ = ["translated"]
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
 #: Instructions for texts, with the number of arguments behind the first one.
 _TEXTS = {"MID": 3, "DELETE": 3, "CONCAT": 2, "INSERT": 3}
-_BLOCKS = {"TONR": "FBD_TIMER", "OSRI": "FBD_ONESHOT", "OSFI": "FBD_ONESHOT"}
 
 
 def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
@@ -202,16 +203,8 @@ class _Statements(SubroutineReader):
             )
         elif name in types.instructions:
             yield self._instruction(token)
-        elif name in _BLOCKS:
-            instance, data = self._variable()
-            if data.type.upper() != _BLOCKS[name]:
-                raise self._error(f"{instance} is not a {_BLOCKS[name]}", token)
-            self._expect(")")
-            yield (
-                f"{instance}();"
-                if name == "TONR"
-                else f"{instance}(Falling := {'TRUE' if name == 'OSFI' else 'FALSE'});"
-            )
+        elif name in CALLED and name not in NO_TEXT:
+            yield self._block(token)
         elif name in ("COP", "CPS"):
             yield from self._copy(token)
         elif name == "SIZE":
@@ -271,6 +264,28 @@ class _Statements(SubroutineReader):
                 arguments.append(f"{name} {'=>' if usage == 'Output' else ':='} {target}")
         if not self._take(")"):
             raise self._error(f"{token.text} has too many arguments", token)
+        return f"{instance}({', '.join(arguments)});"
+
+    def _block(self, token: Token) -> str:
+        """Translate `TONR(Tag)`, and `MAVE(Tag, Storage, Weights)`."""
+        called = CALLED[token.word]
+        instance, data = self._variable()
+        if data.type.upper() != called.type or data.sizes:
+            raise self._error(f"{instance} is not a {called.type}", token)
+        arguments = [called.settings] if called.settings else []
+        if "ENABLEIN" in self._routine.types.read_members:  # a text executes it in any case
+            arguments.insert(0, "EnableIn := TRUE")
+        for name in called.arrays:
+            self._expect(",")
+            if name in called.optional and self._peek().text == "0":
+                self._next()
+                arguments.append(f"{name} := {no_array(self._routine)}")
+                continue
+            text, kind = self._variable(element=False)
+            if kind.type != "REAL" or len(kind.sizes) != 1:
+                raise self._error(f"{text} is not an array of REAL", token)
+            arguments.append(f"{name} := {text}")
+        self._expect(")")
         return f"{instance}({', '.join(arguments)});"
 
     def _copy(self, token: Token) -> Iterator[str]:

@@ -43,11 +43,14 @@ class Instruction:
         parameters: Its required parameters, in the order of a call, and the usage of each.
         false_routine: Whether it executes its routine EnableInFalse if EnableIn is FALSE.
         enable_out: Whether its logic mentions EnableOut.
+        usages: The usage of each parameter, by its name in upper case; without EnableIn and
+            EnableOut.
     """
 
     parameters: tuple[tuple[str, str], ...]
     false_routine: bool = False
     enable_out: bool = False
+    usages: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)

@@ -47,6 +47,7 @@ from structured_text.projects.rockwell.routines import (
     returns,
     statements_of,
 )
+from structured_text.projects.rockwell.sheets.reader import members_in_sheets
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
 from structured_text.projects.rockwell.unknown import unknown_types
 from structured_text.projects.rockwell.values import ENABLE, Values
@@ -89,7 +90,7 @@ class _Reader:
         self._aois = list(root.below("AddOnInstructionDefinition"))
         self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
-        self._routines = RoutineReader(file, self._notes)
+        self._routines = RoutineReader(file, self._types, self._notes)
         self._values = Values(self._types, self._parameters, self._data, self._note)
         self._needs: set[str] = set()
         self._first: list[str] = []
@@ -103,6 +104,7 @@ class _Reader:
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
         self._types.read_members.update(_MEMBER.findall(code_of(root)))
+        self._types.read_members.update(members_in_sheets(root))
         controller = next(root.below("Controller"), root)
         self._modules = module_tags(root)
         self._made = self._not_declared()
@@ -179,6 +181,7 @@ class _Reader:
             ),
             aoi.get("ExecuteEnableInFalse") == "true",
             "ENABLEOUT" in code_of(aoi),
+            {_key(one): one.get("Usage") for one in parameters if _key(one) not in ENABLE},
         )
 
     def _part_of(self, path: str, local: Mapping[str, Element]) -> Data | None:
@@ -265,8 +268,9 @@ class _Reader:
             lines = made(1, "VAR_GLOBAL", f"  {FIRST_SCAN} : BOOL;", "END_VAR")
             units.append(Unit("VAR_GLOBAL", Piece("L5X_FIRST_SCAN", lines), self._file))
         used |= self._needs
+        own = {_key(one) for one in (*self._kinds, *self._aois)}
         for name, text in HELPERS.items():
-            if name in used:
+            if name in used - own:
                 lines = made(1, *text.splitlines())
                 kind = text.partition(" ")[0]
                 units.append(Unit(kind, Piece(name, lines), self._file, generated=True))

@@ -14,12 +14,16 @@ from structured_text.projects.diagrams.networks.model import Diagram
 from structured_text.projects.model import Foreign, Lines, made, without_comments
 from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.body import translated
+from structured_text.projects.rockwell.data import Types
 from structured_text.projects.rockwell.expression_reader import Routine, plain_tag, tokens_of
 from structured_text.projects.rockwell.ladder.call import Body
 from structured_text.projects.rockwell.ladder.diagram import diagram_of
 from structured_text.projects.rockwell.ladder.model import LadderError
 from structured_text.projects.rockwell.ladder.rungs import read_rungs
 from structured_text.projects.rockwell.ladder.translate import translated_rungs
+from structured_text.projects.rockwell.sheets.diagram import diagram_of as sheets_diagram
+from structured_text.projects.rockwell.sheets.reader import read_sheets
+from structured_text.projects.rockwell.sheets.translate import translated_sheets
 from structured_text.projects.xml import Element
 
 __all__ = ["Read", "RoutineReader", "chosen", "code_of", "copies", "declarations", "returns"]
@@ -39,11 +43,12 @@ class RoutineReader:
 
     Args:
         file: The file.
+        types: The types of the project.
         notes: The list to which notes are added.
     """
 
-    def __init__(self, file: Path, notes: list[str]) -> None:
-        self._file, self._notes = file, notes
+    def __init__(self, file: Path, types: Types, notes: list[str]) -> None:
+        self._file, self._types, self._notes = file, types, notes
 
     def read(
         self,
@@ -60,12 +65,12 @@ class RoutineReader:
         further statements follow the routine, and a rung does not leave it by RETURN.
         """
         kind = routine.get("Type")
-        if kind not in ("ST", "RLL"):
+        if kind not in ("ST", "RLL", "FBD"):
             return Read(Foreign(kind, routine.at))
         try:
-            if kind == "RLL":
+            if kind != "ST":
                 body = Body(scope, may_return=may_return)
-                return deeply(partial(self._ladder, routine, body, variables))
+                return deeply(partial(self._drawn, routine, body, variables))
             lines = statements_of(routine)
             scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
             return Read(deeply(partial(self._text, lines, scope)))
@@ -85,15 +90,22 @@ class RoutineReader:
         self._notes += [f"{self._file}:{at}: {text}" for at, text in scope.notes[before:]]
         return found
 
-    def _ladder(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Read:
-        rungs = read_rungs(routine, self._note)
-        found = translated_rungs(rungs, body)
+    def _drawn(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Read:
+        """Return the statements and the diagram of a ladder or function block diagram."""
+        if routine.get("Type") == "FBD":
+            sheets = read_sheets(routine, self._note)
+            found = translated_sheets(sheets, body)
+            diagram = sheets_diagram(sheets, self._types)
+        else:
+            rungs = read_rungs(routine, self._note)
+            found = translated_rungs(rungs, body)
+            diagram = diagram_of(rungs, body)
         added = body.routine.added
         added.update(body.kept)
         body.routine.first[_key(routine)] = body.first
         self._notes += [f"{self._file}:{at}: {text}" for at, text in body.notes]
         (added if variables is None else variables).update(body.variables)
-        return Read(found, diagram_of(rungs, body))
+        return Read(found, diagram)
 
     def _note(self, text: str, element: Element) -> None:
         self._notes.append(f"{self._file}:{element.at}: {text}")

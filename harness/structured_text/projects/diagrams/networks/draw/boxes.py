@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 from structured_text.projects.diagrams.networks.draw.drawing import (
+    Output,
     Pin,
     State,
     Symbol,
@@ -45,6 +46,7 @@ class _Place:
         output: Whether it is an output.
         element: The `id` of the variable at the outer end; empty for a text of the block itself.
         on: Whether the line between variable and pin has power.
+        source: The output whose power that is.
     """
 
     name: str
@@ -54,6 +56,7 @@ class _Place:
     output: bool
     element: str
     on: bool | None
+    source: Output
 
 
 def box(block: Block, attached: Attached, state: State) -> Shape:
@@ -92,7 +95,7 @@ def box(block: Block, attached: Attached, state: State) -> Shape:
         row += max(1, *(len(place.outer) for place in pair))
     for text in code:
         if text:
-            made.symbol("inner", begin + 2, row, text)
+            made.symbol("inner", begin + 2, row, text, align="start")
         row += 1
     frame = Symbol(
         "box", begin, len(above), inside + 2, row - len(above) + 1, "", block.id, state.on(block.id)
@@ -113,7 +116,8 @@ def _places(block: Block, attached: Attached, state: State) -> list[_Place]:
         if variable:
             outer, element, on = _outer(variable, state), variable.id, state.on(variable.id)
         inner = PIN_EDGES.get(pin.edge, "") + state.named(pin.name, f"{block.id}.{pin.name}")
-        found.append(_Place(pin.name, inner, outer, pin.negated, False, element, on))
+        source = (element or block.id, "")
+        found.append(_Place(pin.name, inner, outer, pin.negated, False, element, on, source))
     for k, output in enumerate(block.outputs):
         variable = attached.get((True, k))
         element = variable.id if variable else ""
@@ -121,12 +125,14 @@ def _places(block: Block, attached: Attached, state: State) -> list[_Place]:
         outer = _outer(variable, state) if variable else tuple(wrapped(target))
         inner = state.named(output.name, f"{block.id}.{output.name}")
         on = state.on(block.id, output.name)
-        found.append(_Place(output.name, inner, outer, output.negated, True, element, on))
+        source = (block.id, output.name)
+        found.append(_Place(output.name, inner, outer, output.negated, True, element, on, source))
     return found
 
 
 def _outer(variable: InVariable | OutVariable, state: State) -> tuple[str, ...]:
-    return tuple(wrapped(state.named(variable_text(variable), variable.id)))
+    # A variable without a name has an empty line, so that its connection is drawn.
+    return tuple(wrapped(state.named(variable_text(variable), variable.id))) or ("",)
 
 
 def _code(statements: Sequence[str]) -> list[str]:
@@ -158,7 +164,10 @@ def _add(made: Maker, place: _Place, edge: int, row: int) -> None:
     element, shape = made.made.element, made.made
     wide = columns(place.inner)
     if wide:
-        made.symbol("inner", edge - 1 - wide if place.output else edge + 1, row, place.inner)
+        x = edge - 1 - wide if place.output else edge + 1
+        align = "end" if place.output else "start"
+        pin = place.name if place.output else ""
+        made.symbol("inner", x, row, place.inner, align=align, pin=pin)
     at = edge
     if place.negated:
         made.symbol("not", edge if place.output else edge - 1, row, "o")
@@ -167,7 +176,8 @@ def _add(made: Maker, place: _Place, edge: int, row: int) -> None:
     if not place.outer:
         return
     far = at + _LEAD if place.output else at - _LEAD
-    shape.wires.append(Wire(min(at, far), row, max(at, far), row, place.on))
+    wire = Wire(min(at, far), row, max(at, far), row, place.on, outputs=(place.source,))
+    shape.wires.append(wire)
     if place.element:
         shape.ends += [
             Pin(element, place.name, place.output, at, row),
@@ -176,5 +186,5 @@ def _add(made: Maker, place: _Place, edge: int, row: int) -> None:
     for k, text in enumerate(place.outer):
         wide = columns(text)
         x = far if place.output else far - wide
-        owner = place.element or element
-        shape.symbols.append(Symbol("text", x, row + k, wide, 1, text, owner, place.on))
+        owner, align = place.element or element, "start" if place.output else "end"
+        shape.symbols.append(Symbol("text", x, row + k, wide, 1, text, owner, place.on, align))
