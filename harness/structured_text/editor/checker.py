@@ -79,6 +79,7 @@ class Checker:
         self.checked_bodies = 0
         self.errors: list[InputError] = []
         self._sources: list[s.Source] = []
+        self._index: tuple[Index, Interfaces] | None = None
         self._state: _State | None = None
         self._words: dict[str, tuple[s.Source, frozenset[str]]] = {}
 
@@ -107,7 +108,11 @@ class Checker:
             if body.statements is not None:
                 scopes.setdefault(body.scope.pou.name.upper(), body.scope)
         outside = outside_of(state.found.registry, state.found.declarations)
-        return Index(self._sources, scopes, outside, self.errors, text)
+        before, interfaces = self._index or (None, None)
+        same = interfaces is state.found
+        index = Index(self._sources, scopes, outside, self.errors, text, before, same=same)
+        self._index = index, state.found
+        return index
 
     def _resolve(
         self,

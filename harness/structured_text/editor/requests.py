@@ -18,11 +18,13 @@ from structured_text.editor.features.definition import (
     type_definition,
 )
 from structured_text.editor.features.folding import folding
+from structured_text.editor.features.hints import hints
 from structured_text.editor.features.hover import hover
 from structured_text.editor.features.outline import outline
 from structured_text.editor.features.references import highlights, references
 from structured_text.editor.features.rename import prepare, rename
 from structured_text.editor.features.signature import TRIGGERS, signature
+from structured_text.editor.features.tokens import LEGEND, tokens
 from structured_text.editor.index import Index
 from structured_text.editor.names import Definition
 from structured_text.editor.programs import Program, Programs
@@ -76,6 +78,8 @@ class Requests:
         on(types.TEXT_DOCUMENT_RENAME, self._rename, types.RenameOptions(prepare_provider=True))
         on(types.TEXT_DOCUMENT_DOCUMENT_SYMBOL, self._whole(outline))
         on(types.TEXT_DOCUMENT_FOLDING_RANGE, self._whole(folding))
+        on(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, self._whole(tokens), LEGEND)
+        on(types.TEXT_DOCUMENT_INLAY_HINT, self._hints)
 
     def _on(self, method: str, work: Callable[[Any], Any], options: Any = None) -> None:
         """Answer a request by work on programs; bad input is an answer with its message."""
@@ -135,6 +139,10 @@ class Requests:
     def _resolved(self, given: types.CompletionItem) -> types.CompletionItem:
         index = self._completed.index(current=False) if self._completed is not None else None
         return given if index is None else resolved(index, given)
+
+    def _hints(self, given: types.InlayHintParams) -> list[types.InlayHint] | None:
+        found = self._indexed(given)
+        return None if found is None else hints(*found, given.range)
 
     def _signature(self, given: types.SignatureHelpParams) -> types.SignatureHelp | None:
         found = self._indexed(given, current=False)

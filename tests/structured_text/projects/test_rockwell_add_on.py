@@ -234,3 +234,10 @@ def test_an_output_may_stand_for_a_member_of_a_local_tag(tmp_path: Path) -> None
     running = program(written(tmp_path, rungs, tags={"w": "Watch"}, aois=aoi))
     running.scan(0)
     assert running.read("Main.b") is True
+
+
+def test_an_output_may_be_that_of_the_instance(tmp_path: Path) -> None:
+    """The call names Value of its own instance, which needs no assignment."""
+    running = program(_written(tmp_path, "Scale(m,i,m.Value,total);"))
+    _run(running, i=7)
+    assert running.read("Main.m.Value") == 14

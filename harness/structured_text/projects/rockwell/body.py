@@ -17,6 +17,7 @@ from structured_text.projects.rockwell.expression_reader import (
 from structured_text.projects.rockwell.sheets.blocks import CALLED, NO_TEXT
 from structured_text.projects.rockwell.sheets.statements import no_array
 from structured_text.projects.rockwell.subroutines import SubroutineReader
+from structured_text.projects.rockwell.system import SYSTEM_HINT, is_known_class, note_of
 
 __all__ = ["translated"]
 
@@ -208,12 +209,37 @@ class _Statements(SubroutineReader):
             yield from self._copy(token)
         elif name == "SIZE":
             yield self._size_of(token)
+        elif name in ("GSV", "SSV", "EVENT"):
+            self._system(token)
         elif name in _TEXTS:
             yield self._text_call(token)
         elif name == "FIND":
             yield from self._find(token)
         else:
             raise self._error(f"the instruction {token.text} is not supported", token)
+
+    def _system(self, token: Token) -> None:
+        """Read GSV, SSV or EVENT, of which only a note remains."""
+        operands = [""]
+        while self._peek().text not in (")", ""):
+            if self._take(","):
+                operands.append("")
+                if len(operands) == len(("Class", "Instance", "Attribute", "Tag")):
+                    start = self._place
+                    self._variable(written=token.word == "GSV", element=False)
+                    operands[-1] = "".join(one.text for one in self._tokens[start : self._place])
+                    break
+            else:
+                operands[-1] += self._next().text
+        while self._peek().text not in (")", ""):
+            self._next()  # the index of the tag
+        self._expect(")")
+        if len(operands) != (1 if token.word == "EVENT" else 4):
+            raise self._error(f"{token.text} has {len(operands)} operands", token)
+        if token.word != "EVENT" and not is_known_class(operands[0]):
+            text = f"{token.text} of {operands[0]} is not supported"
+            raise self._error(text, token, SYSTEM_HINT)
+        self._routine.notes.append((token.at, note_of(token.word, *operands)))
 
     def _instruction(self, token: Token) -> str:
         """Translate `Block(Instance, a, b)`; the arguments are the required parameters."""

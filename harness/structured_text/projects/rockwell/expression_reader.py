@@ -96,6 +96,7 @@ class Routine:
         own: The parameters of the routine itself.
         added: Variables that the translation adds to the program or instruction, with their types.
         first: The prescan of each ladder routine, by the routine's name in upper case.
+        notes: What a user may miss in Structured Text, each with its line.
     """
 
     file: Path
@@ -108,6 +109,7 @@ class Routine:
     own: Subroutine | None = None
     added: dict[str, str] = field(default_factory=dict)
     first: dict[str, Sequence[First]] = field(default_factory=dict)
+    notes: list[tuple[int, str]] = field(default_factory=list)
 
 
 def plain_tag(name: str) -> str:

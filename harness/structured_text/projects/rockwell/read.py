@@ -275,7 +275,7 @@ class _Reader:
                 kind = text.partition(" ")[0]
                 units.append(Unit(kind, Piece(name, lines), self._file, generated=True))
         arrays = [self._array(name, data) for name, data in self._types.arrays.items()]
-        names = {_key(one): plain_tag(one.get("Name")) for one in programs}
+        names = {_key(one): self._name_of(one) for one in programs}
         tasks = list(self._tasks(names))
         found = Project((*arrays, *units), tuple(self._notes))
         if not found.units:
@@ -450,9 +450,14 @@ class _Reader:
         )
         return replace(unit, piece=piece)
 
+    def _name_of(self, program: Element) -> str:
+        """Return the name of a program, which may be that of a tag on the controller."""
+        name = plain_tag(program.get("Name"))
+        return f"{name}_Program" if _key(program) in self._global else name
+
     def _program(self, program: Element) -> tuple[Unit, list[str]]:
         """Return a program, and the prescan of its own tags."""
-        name = plain_tag(program.get("Name"))
+        name = self._name_of(program)
         own, aliases = self._told_apart(program, self._aliases)
         tags = {**self._global, **{_key(one): self._data(one) for one in own}}
         routines = {_key(one): one for one in program.all("Routines", "Routine")}

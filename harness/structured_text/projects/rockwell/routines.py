@@ -73,7 +73,7 @@ class RoutineReader:
                 return deeply(partial(self._drawn, routine, body, variables))
             lines = statements_of(routine)
             scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
-            return Read(deeply(partial(translated, lines, scope)))
+            return Read(deeply(partial(self._text, lines, scope)))
         except RecursionError:
             text = "has statements or expressions nested too deeply"
             return Read(Foreign(kind, routine.at, text))
@@ -83,6 +83,12 @@ class RoutineReader:
         except InputError as error:
             hint = f" ({error.hint})" if error.hint else ""
             return Read(Foreign(kind, error.line or routine.at, f"{error.message}{hint}"))
+
+    def _text(self, lines: list[Line], scope: Routine) -> Lines:
+        before = len(scope.notes)
+        found = translated(lines, scope)
+        self._notes += [f"{self._file}:{at}: {text}" for at, text in scope.notes[before:]]
+        return found
 
     def _drawn(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Read:
         """Return the statements and the diagram of a ladder or function block diagram."""
