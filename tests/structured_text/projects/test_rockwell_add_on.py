@@ -241,3 +241,14 @@ def test_an_output_may_be_that_of_the_instance(tmp_path: Path) -> None:
     running = program(_written(tmp_path, "Scale(m,i,m.Value,total);"))
     _run(running, i=7)
     assert running.read("Main.m.Value") == 14
+
+
+def test_rungs_of_enable_in_false_name_their_routine(tmp_path: Path) -> None:
+    """The rung 0 of Logix and that of EnableInFalse are different rungs."""
+    false, attributes = ["CLR(Value);"], ' ExecuteEnableInFalse="true"'
+    file = _written(tmp_path, "Scale(m,i,j,total);", false=false, attributes=attributes)
+    (unit,) = [one for one in read(file).units if one.name == "Scale"]
+    body = unit.piece.body
+    assert not isinstance(body, Foreign)
+    networks = list(dict.fromkeys(line.network for line in body if line.network))
+    assert networks == ["rung 0", "rung 1", "rung 0 of EnableInFalse"]

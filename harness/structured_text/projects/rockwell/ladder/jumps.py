@@ -33,13 +33,20 @@ class _Arrangement:
 
     def lines(self) -> Iterator[Line]:
         for variable in dict.fromkeys(jump.variable for jump in self._jumps if not jump.back):
-            yield self._line(f"{_INDENT}{variable} := FALSE;", 0)
+            yield self._line(f"{_INDENT}{variable} := FALSE;", 0, "jumps")
         yield from self._between(0, len(self._parts), _INDENT, 0)
 
-    def _line(self, text: str, rung: int) -> Line:
-        """Return a line that belongs to a rung, so that messages and coverage name the rung."""
-        first = self._parts[rung][0]
-        return Line(text, first.at, network=first.network)
+    def _line(self, text: str, rung: int, network: str) -> Line:
+        """Return a line at a rung.
+
+        It does not belong to the rung, because it is also executed if the rung is skipped.
+        """
+        return Line(text, self._parts[rung][0].at, network=network)
+
+    def _titles(self, first: int, last: int) -> str:
+        """Return the titles of rungs, such as `rung 3` or `rung 3 to rung 5`."""
+        titles = (self._parts[first][0].network, self._parts[last][0].network)
+        return " to ".join(dict.fromkeys(titles))
 
     def _between(self, first: int, last: int, indent: str, depth: int) -> Iterator[Line]:
         """Yield the rungs from `first` up to `last`, with the loops that begin there."""
@@ -50,12 +57,13 @@ class _Arrangement:
             if inner:
                 start, end, variable = inner[0]
                 del start
-                yield self._line(f"{indent}REPEAT", number)
-                yield self._line(f"{indent}{_INDENT}{variable} := FALSE;", number)
+                loop = f"loop of {self._titles(number, end)}"
+                yield self._line(f"{indent}REPEAT", number, loop)
+                yield self._line(f"{indent}{_INDENT}{variable} := FALSE;", number, loop)
                 deeper = depth + 1 if number == first else 1
                 yield from self._between(number, end + 1, indent + _INDENT, deeper)
-                yield self._line(f"{indent}UNTIL NOT {variable}", end)
-                yield self._line(f"{indent}END_REPEAT;", end)
+                yield self._line(f"{indent}UNTIL NOT {variable}", end, loop)
+                yield self._line(f"{indent}END_REPEAT;", end, loop)
                 number = end + 1
                 continue
             behind = min([loop[0] for loop in self._loops if loop[0] > number] + [last])
@@ -69,20 +77,21 @@ class _Arrangement:
         ):
             numbers = list(some)
             for variable in self._arrived(numbers[0]):
-                yield self._line(f"{indent}{variable} := FALSE;", numbers[0])
+                yield self._line(f"{indent}{variable} := FALSE;", numbers[0], "jumps")
+            jump = f"jump over {self._titles(numbers[0], numbers[-1])}"
             inside = indent
             texts = [line.text for number in numbers for line in self._parts[number]]
             if not without_comments("\n".join(texts)).strip():
                 guard = ()  # an IF without statements is not legal
             if guard:
                 text = guard[0] if len(guard) == 1 else f"({' OR '.join(guard)})"
-                yield self._line(f"{indent}IF NOT {text} THEN", numbers[0])
+                yield self._line(f"{indent}IF NOT {text} THEN", numbers[0], jump)
                 inside += _INDENT
             for number in numbers:
                 for line in self._parts[number]:
                     yield replace(line, text=inside + line.text[len(_INDENT) :])
             if guard:
-                yield self._line(f"{indent}END_IF;", numbers[-1])
+                yield self._line(f"{indent}END_IF;", numbers[-1], jump)
 
     def _guard(self, rung: int) -> tuple[str, ...]:
         """Return the variables of the jumps that skip a rung."""
