@@ -198,7 +198,8 @@ def test_hll_limits_its_input(tmp_path: Path) -> None:
     made = _block(tmp_path, "HL_LIMIT", "HLL", HighLimit=10.0, In=12.0)
     steps: list[tuple[int, Mapping[str, object]]] = [
         *((0, {}), (10, {"In": -1.0}), (20, {"SelectLimit": 1}), (30, {"SelectLimit": 3})),
-        *((40, {"In": 5.0, "SelectLimit": 0}), (50, {"LowLimit": 11.0})),
+        *((40, {"In": 5.0, "SelectLimit": 0}), (50, {"LowLimit": 10.0})),
+        (60, {"SelectLimit": 1}),
     ]
     assert _timeline(made, steps, "Out HighAlarm LowAlarm SelectLimitInv LimitsInv Status") == [
         [10.0, True, False, False, False, 0],
@@ -206,7 +207,8 @@ def test_hll_limits_its_input(tmp_path: Path) -> None:
         [-1.0, False, False, False, False, 0],
         [0.0, False, True, True, False, 5],
         [5.0, False, False, False, False, 0],
-        [11.0, False, True, False, True, 3],
+        [10.0, False, True, False, True, 3],
+        [5.0, False, False, False, False, 0],
     ]
 
 

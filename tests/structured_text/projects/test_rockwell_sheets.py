@@ -104,7 +104,7 @@ def test_a_reference_to_a_block_is_latched_too(tmp_path: Path) -> None:
 
 
 def test_a_routine_that_is_called_sees_no_output_of_this_scan(tmp_path: Path) -> None:
-    """The sheet writes i = j + 1 behind all blocks, and latches j, which the routine sets to 5.
+    """The sheet writes i = j + 1 behind all blocks, so behind the routine, which sets j to 5.
 
     So the routine copies i = 0 to k, and i is 0 + 1, in the next scan 5 + 1.
     """
@@ -114,7 +114,7 @@ def test_a_routine_that_is_called_sees_no_output_of_this_scan(tmp_path: Path) ->
     )
     program = running(
         tmp_path,
-        "JSR Sub; IRef j; IRef 1; Function ADD; ORef i; 1 > 3.SourceA; 2 > 3.SourceB; 3.Dest > 4",
+        "IRef j; IRef 1; Function ADD; ORef i; 0 > 2.SourceA; 1 > 2.SourceB; 2.Dest > 3; JSR Sub",
         routines=sub,
     )
     assert _scans(program, 3, "i", "k") == [[1, 0], [6, 1], [6, 6]]

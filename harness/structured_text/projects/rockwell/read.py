@@ -38,8 +38,8 @@ from structured_text.projects.rockwell.expression_reader import (
 )
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
 from structured_text.projects.rockwell.modules import module_tags
-from structured_text.projects.rockwell.routines import Routines, statements
-from structured_text.projects.rockwell.sheets.reader import members_in_sheets
+from structured_text.projects.rockwell.routines import Routines, code_in, statements
+from structured_text.projects.rockwell.sheets.reader import enables_in
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
 from structured_text.projects.rockwell.unknown import unknown_types
 from structured_text.projects.rockwell.values import ENABLE, Values
@@ -87,7 +87,8 @@ class _Reader:
         self._first: list[str] = []
         #: Whether an instruction asks for the first scan of the program that calls it.
         self._asked = False
-        self._routines = Routines(file, self._types, self._notes)
+        options = next(root.below("Controller"), root).attributes
+        self._routines = Routines(file, self._types, self._notes, options)
         for kind in self._kinds:
             self._know_type(kind)
         size_parameters(root)
@@ -95,8 +96,9 @@ class _Reader:
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
-        self._types.read_members.update(_MEMBER.findall(_code_of(root)))
-        self._types.read_members.update(members_in_sheets(root))
+        self._types.code = code_in(root)
+        self._types.read_members.update(_MEMBER.findall(self._types.code))
+        self._types.read_members.update(enables_in(root))
         controller = next(root.below("Controller"), root)
         self._modules = module_tags(root)
         self._made = self._not_declared()
@@ -174,7 +176,7 @@ class _Reader:
                 if one.get("Required") == "true" and _key(one) not in ENABLE
             ),
             aoi.get("ExecuteEnableInFalse") == "true",
-            "ENABLEOUT" in _code_of(aoi),
+            "ENABLEOUT" in code_in(aoi),
             {_key(one): one.get("Usage") for one in parameters if _key(one) not in ENABLE},
         )
 
@@ -345,7 +347,7 @@ class _Reader:
             begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
             end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
             body = (*begin, *first, *end, *body)
-        if aoi.get("ExecutePostscan") == "true" and _code_of(routines.get("POSTSCAN", aoi)):
+        if aoi.get("ExecutePostscan") == "true" and code_in(routines.get("POSTSCAN", aoi)):
             self._note(f"the routine Postscan of {name} is not read", aoi)
         if FIRST_SCAN in scope.needs and next(self._root.below("Program"), None) is None:
             text = "S:FS in an instruction needs a program in the file"
@@ -517,11 +519,6 @@ def _acts(lines: Lines) -> bool:
 def _returns(lines: Lines) -> bool:
     """Return whether a RETURN may leave the statements."""
     return any(line.text.strip() == "RETURN;" for line in lines)
-
-
-def _code_of(element: Element) -> str:
-    """Return the text of all routines below an element, in upper case."""
-    return "\n".join(one.text() for one in element.below("STContent", "Text")).upper()
 
 
 def _declarations(variables: Mapping[str, str]) -> Iterator[str]:

@@ -1,7 +1,8 @@
-"""The bodies of routines: Structured Text, ladder and function block diagrams."""
+"""The bodies of routines: Structured Text, ladder, function block diagrams and charts."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 
@@ -12,18 +13,20 @@ from structured_text.projects.diagrams.networks.model import Diagram
 from structured_text.projects.model import Foreign, Lines
 from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.body import translated
-from structured_text.projects.rockwell.data import Types
+from structured_text.projects.rockwell.charts.reader import read_chart
+from structured_text.projects.rockwell.charts.translate import translated_chart
+from structured_text.projects.rockwell.data import First, Types
 from structured_text.projects.rockwell.expression_reader import Routine, tokens_of
 from structured_text.projects.rockwell.ladder.call import Body
 from structured_text.projects.rockwell.ladder.model import LadderError
 from structured_text.projects.rockwell.ladder.rungs import read_rungs
 from structured_text.projects.rockwell.ladder.translate import translated_rungs
 from structured_text.projects.rockwell.sheets.diagram import diagram_of
-from structured_text.projects.rockwell.sheets.reader import read_sheets
+from structured_text.projects.rockwell.sheets.reader import drawn_in, read_sheets
 from structured_text.projects.rockwell.sheets.translate import translated_sheets
 from structured_text.projects.xml import Element
 
-__all__ = ["Routines", "statements"]
+__all__ = ["Routines", "code_in", "statements"]
 
 
 class Routines:
@@ -33,9 +36,13 @@ class Routines:
         file: The file.
         types: The types of the project.
         notes: The list that takes what a user may miss.
+        options: The attributes of the controller.
     """
 
-    def __init__(self, file: Path, types: Types, notes: list[str]) -> None:
+    def __init__(
+        self, file: Path, types: Types, notes: list[str], options: Mapping[str, str]
+    ) -> None:
+        self._options = options
         self._file, self._types, self._notes = file, types, notes
         self._diagrams: dict[int, Diagram] = {}
 
@@ -58,15 +65,19 @@ class Routines:
         further statements follow the routine, and a rung does not leave it by RETURN.
         """
         kind = routine.get("Type")
-        if kind not in ("ST", "RLL", "FBD"):
+        if kind not in ("ST", "RLL", "FBD", "SFC"):
             return Foreign(kind, routine.at)
+        scope.take_cleared()  # what a routine that was refused has left
         try:
             if kind != "ST":
                 body = Body(scope, may_return=may_return)
                 return deeply(partial(self._drawn, routine, body, variables))
             lines = statements(routine)
-            scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
-            return deeply(partial(translated, lines, scope))
+            found = deeply(partial(translated, lines, scope))
+            cleared = tuple(First((line,)) for line in scope.take_cleared())
+            jumps = prescan.jumps_in(tokens_of(lines))
+            scope.first[_key(routine)] = (*cleared, *jumps)
+            return found
         except RecursionError:
             text = "has statements or expressions nested too deeply"
             return Foreign(kind, routine.at, text)
@@ -78,8 +89,12 @@ class Routines:
             return Foreign(kind, error.line or routine.at, f"{error.message}{hint}")
 
     def _drawn(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Lines:
-        """Return the statements of a ladder or function block diagram routine."""
-        if routine.get("Type") == "FBD":
+        """Return the statements of a ladder, function block diagram or chart."""
+        if routine.get("Type") == "SFC":
+            contents = drawn_in(routine, "SFCContent", self._note)
+            chart = read_chart(contents[0] if contents else routine)
+            found = translated_chart(chart, body, self._options)
+        elif routine.get("Type") == "FBD":
             sheets = read_sheets(routine, self._note)
             found = translated_sheets(sheets, body)
             self._diagrams[id(routine)] = diagram_of(sheets, self._types)
@@ -94,6 +109,13 @@ class Routines:
 
     def _note(self, text: str, element: Element) -> None:
         self._notes.append(f"{self._file}:{element.at}: {text}")
+
+
+def code_in(element: Element) -> str:
+    """Return the text of all routines below an element, in upper case."""
+    texts = (one.text() for one in element.below("STContent", "Text"))
+    operands = (one.get("Operand") for one in element.below("IRef", "ORef"))
+    return "\n".join((*texts, *operands)).upper()
 
 
 def statements(routine: Element) -> list[Line]:

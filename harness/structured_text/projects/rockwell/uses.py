@@ -33,7 +33,7 @@ __all__ = [
 _USED = re.compile(
     r"(?:\b(?P<bit>XIC|XIO|OTE|OTL|OTU)\s*\(\s*)?"
     r"(?P<tag>\b[^\W\d]\w*(?::\w+)?:[A-Z]{1,2}\d?\b)"
-    r"(?P<rest>(?:\.\w+|\[[^\[\]]*\])*)(?P<closed>\s*\))?",
+    r"(?P<rest>(?:\.\w+|\[(?!:=\])[^\[\]]*\])*)(?P<closed>\s*\))?",
     re.IGNORECASE,
 )
 #: Matches a name that is not a part of another one.
