@@ -229,6 +229,30 @@ def test_scl_scales_its_input(tmp_path: Path) -> None:
     ]
 
 
+def test_btdt_moves_a_field_of_bits(tmp_path: Path) -> None:
+    """Bits 4 to 7 of 16#AB5C are 5; behind bit 8 of 16#1F0F they give 16#150F.
+
+    Four bits behind bit 30 are cut to two: 16#5 leaves 01. Source: Studio 5000 help, BTDT.
+    """
+    made = _block(tmp_path, "FBD_BIT_FIELD_DISTRIBUTE", "BTDT", Source=0xAB5C, SourceBit=4)
+    steps: list[tuple[int, Mapping[str, object]]] = [
+        (0, {"Length": 4, "DestBit": 8, "Target": 0x1F0F}),
+        *((10, {"DestBit": 30, "Target": 0}), (20, {"Length": 33})),
+    ]
+    assert _timeline(made, steps, "Dest") == [[0x150F], [1 << 30], [1 << 30]]
+
+
+@pytest.mark.parametrize(("instruction", "most"), [("MAXC", [2, 7, 7]), ("MINC", [2, 2, 1])])
+def test_captures_keep_the_extreme_value(instruction: str, most: list[int], tmp_path: Path) -> None:
+    """Inputs are 2, 7, 1; while Reset is TRUE, the output is ResetValue. Source: 1756-RM006K."""
+    kind = {"MAXC": "MAXIMUM_CAPTURE", "MINC": "MINIMUM_CAPTURE"}[instruction]
+    made = _block(tmp_path, kind, instruction, ResetValue=4.0)
+    steps: list[tuple[int, Mapping[str, object]]] = [
+        *((0, {"In": 2.0}), (10, {"In": 7.0}), (20, {"In": 1.0}), (30, {"Reset": True})),
+    ]
+    assert _timeline(made, steps, "Out") == [[float(value)] for value in (*most, 4)]
+
+
 def test_mave_averages_the_last_samples(tmp_path: Path) -> None:
     """With three samples: 3, (3 + 6) / 2, (3 + 6 + 9) / 3, (6 + 9 + 12) / 3.
 

@@ -58,6 +58,7 @@ _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 #: Matches the target of an alias: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
+_OF_TAG = re.compile(r"(?<![\w.:])([^\W\d]\w*)\s*\.\s*([^\W\d]\w*)")
 _MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
 #: Interval of a periodic task without one, in milliseconds: the default of the tool (assumed).
 _RATE = "10"
@@ -96,8 +97,10 @@ class _Reader:
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
-        self._types.code = code_in(root)
-        self._types.read_members.update(_MEMBER.findall(self._types.code))
+        code = code_in(root)
+        self._types.read_members.update(_MEMBER.findall(code))
+        for tag, member in _OF_TAG.findall(code):
+            self._types.used.setdefault(tag, set()).add(member)
         self._types.read_members.update(enables_in(root))
         controller = next(root.below("Controller"), root)
         self._modules = module_tags(root)

@@ -10,7 +10,6 @@ active steps only, and does not scan a step again when it is left.
 
 from __future__ import annotations
 
-import re
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
@@ -120,8 +119,7 @@ class _Translation:
 
     def _used(self, tag: str) -> set[str]:
         """Return the members of a tag that the routines of the file mention, in upper case."""
-        pattern = rf"(?<![\w.:]){re.escape(tag.upper())}\s*\.\s*([A-Z_]\w*)"
-        return set(re.findall(pattern, self.body.routine.types.code))
+        return self.body.routine.types.used.get(tag.upper(), set())
 
     def _x(self, tag: str) -> str:
         return f"{self.tags[tag.upper()]}.X"
