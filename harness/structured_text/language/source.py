@@ -140,6 +140,8 @@ class Extract(_AnyPath):
         diagrams: The ladder and function block diagrams that lines were translated from, with the
             names of their POUs, methods and actions. Coverage draws them; the language does not
             use them.
+        generated: Whether the text is not in the file, but stands for an element of a tool's own
+            library. Coverage does not count it.
     """
 
     lines: tuple[Line, ...] | None = None
@@ -148,6 +150,7 @@ class Extract(_AnyPath):
     unread: tuple[Unread, ...] = ()
     project: str = ""
     diagrams: tuple[tuple[str, Any], ...] = ()
+    generated: bool = False
     _whole_hash: int | None = None
 
     @classmethod
@@ -160,11 +163,13 @@ class Extract(_AnyPath):
         unread: tuple[Unread, ...] = (),
         dialect: str = "",
         diagrams: tuple[tuple[str, Any], ...] = (),
+        generated: bool = False,
     ) -> Extract:
         """Return the extract of a file; without lines, a path that only carries the dialect."""
         made = cls(str(file))
         made.lines, made.title, made.dialect = _told_apart(lines), title, dialect
         made.project, made.unread, made.diagrams = project, unread, diagrams
+        made.generated = generated
         return made
 
     def place(self, line: int) -> tuple[str, int]:
@@ -199,7 +204,7 @@ class Extract(_AnyPath):
         if self.lines is None and not self.dialect:
             return Path, (str(self),)
         given = (str(self), self.lines, self.title, self.project, self.unread, self.dialect)
-        return Extract.make, (*given, self.diagrams)
+        return Extract.make, (*given, self.diagrams, self.generated)
 
 
 def _told_apart(lines: tuple[Line, ...] | None) -> tuple[Line, ...] | None:
@@ -230,9 +235,8 @@ def in_dialect(file: Path, dialect: str) -> Path:
         return file
     if not isinstance(file, Extract):
         return Extract.make(file, None, dialect=dialect)
-    return Extract.make(
-        file, file.lines, file.title, file.project, file.unread, dialect, file.diagrams
-    )
+    given = (file.lines, file.title, file.project, file.unread, dialect, file.diagrams)
+    return Extract.make(file, *given, file.generated)
 
 
 def source_text(file: Path) -> str:

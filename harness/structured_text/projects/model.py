@@ -133,11 +133,13 @@ class Unit:
     Attributes:
         kind: First word of the declaration: TYPE, FUNCTION_BLOCK, VAR_GLOBAL, CONFIGURATION ...
         piece: Name and lines of the declaration.
+        generated: Whether it is not in the file, but stands for an element of the tool's library.
     """
 
     kind: str
     piece: Piece
     file: Path
+    generated: bool = False
 
     @property
     def name(self) -> str:

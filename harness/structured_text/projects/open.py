@@ -143,7 +143,10 @@ def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
     """
     whole = str(project) if unit.file != project else ""
     drawn = tuple(unit.piece.diagrams())
-    return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread, diagrams=drawn)
+    lines = unit.piece.lines()
+    return Extract.make(
+        unit.file, lines, unit.name, whole, unread, diagrams=drawn, generated=unit.generated
+    )
 
 
 # --- bodies in other languages ----------------------------------------------------------------

@@ -91,8 +91,8 @@ _POU = """\
         ),
         (
             "a.L5X",
-            _L5X % (_PROGRAM % "a [:=] 1;"),
-            "a.L5X:5: the body of P is not read: [:=] is not supported",
+            _L5X % (_PROGRAM % "a [:=] ;"),
+            "a.L5X:5: the body of P is not read: a value is expected, not ';'",
         ),
         (
             "a.L5X",

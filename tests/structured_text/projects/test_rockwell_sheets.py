@@ -9,9 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from l5x_ladder import read
+from l5x_ladder import program, read
 from l5x_sheets import main, running, shown, why, written
+from structured_text.coverage.measure import measure
+from structured_text.coverage.parts import merge, part_of
 from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.projects.diagrams.networks.draw.text import network_text
 from structured_text.projects.diagrams.networks.stored import stored_networks
 from structured_text.projects.model import Foreign
@@ -217,6 +220,17 @@ def test_lines_and_drawing_name_the_sheet(tmp_path: Path) -> None:
     assert ">on>──b" in network_text(piece.diagram, 2)
     (source,) = (one for one in source_files([file], None).all if getattr(one, "diagrams", ()))
     assert list(stored_networks(source, {"P, sheet 2"})) == ["P, sheet 2"]
+
+
+def test_coverage_counts_the_blocks_of_a_sheet_only(tmp_path: Path) -> None:
+    """Two statements are counted and not those of HLL itself; the sheet is drawn."""
+    file = written(tmp_path, "Block HLL f; ORef x; 0.Out > 1", tags={"f": "HL_LIMIT"})
+    collector = Collector(tmp_path)
+    with counting(collector):
+        program(file).scan(0)
+    (found,) = measure(merge([part_of(collector)]), tmp_path)
+    assert [item.text for item in found.statements] == ["f();", "x := f.Out;"]
+    assert list(found.drawings) == ["P, sheet 1"]
 
 
 @pytest.mark.parametrize(

@@ -17,6 +17,7 @@ from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from structured_text.language.source import title_of
 from structured_text.output.paths import real
 
 __all__ = [
@@ -171,7 +172,7 @@ class Collector:
     def counts(self, pou: Pou, plan: Plan, project: Project) -> Counts | None:
         """Return the counters of a POU; None if its source is not counted."""
         file = _resolved(os.path.abspath(pou.file))
-        if not self._counts(file):
+        if not self._counts(file) or _is_generated(pou, project):
             return None
         # The plan also depends on constants of other files, so one text can have several plans.
         shape = plan.size, *(len(one.conditions) for one in plan.decisions)
@@ -216,6 +217,15 @@ class Collector:
     def counted(self) -> list[Counted]:
         """Return all counted POUs."""
         return list(self._counted.values())
+
+
+def _is_generated(pou: Pou, project: Project) -> bool:
+    """Return whether a POU stands for an element of a tool's library and is not in its file."""
+    key = pou.name.upper()
+    return any(
+        getattr(one, "generated", False) and title_of(one).upper() == key and str(one) == pou.file
+        for one in project.files
+    )
 
 
 @lru_cache(maxsize=1024)

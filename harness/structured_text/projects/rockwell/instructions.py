@@ -38,7 +38,9 @@ HELPERS = {
     **FUNCTIONS,
     **{
         name: f"TYPE {name} : STRUCT\n"
-        + "".join(f"    {', '.join(names)} : {kind};\n" for kind, names in members.items())
+        + "".join(
+            f"    {member} : {kind};\n" for kind, names in members.items() for member in names
+        )
         + _HIDDEN.get(name, "")
         + "  END_STRUCT;\nEND_TYPE"
         for name, members in _DATA.items()

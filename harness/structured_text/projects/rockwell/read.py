@@ -257,7 +257,7 @@ class _Reader:
             if name in used - own:
                 lines = made(1, *text.splitlines())
                 kind = text.partition(" ")[0]
-                units.append(Unit(kind, Piece(name, lines), self._file))
+                units.append(Unit(kind, Piece(name, lines), self._file, generated=True))
         arrays = [self._array(name, data) for name, data in self._types.arrays.items()]
         names = {_key(one): plain_tag(one.get("Name")) for one in programs}
         tasks = list(self._tasks(names))

@@ -63,7 +63,8 @@ class Structure:
         """Return the declaration."""
         if not self.body:
             members = "".join(
-                f"    {line}\n" for line in _declared(f"{self.inputs};{self.outputs}")
+                f"    {member} : {kind}{f' := {default}' if default else ''};\n"
+                for member, kind, default in self._members()
             )
             return f"TYPE {name} : STRUCT\n{members}  END_STRUCT;\nEND_TYPE"
         inputs = "".join(f"    {line}\n" for line in _declared(self.inputs))
