@@ -173,6 +173,23 @@ def test_files_named_by_files_stay_inside(project: Path, tmp_path: Path) -> None
         assert "SECRET LINE" not in text
 
 
+def test_the_fence_stands_before_code_of_the_project_runs(project: Path, tmp_path: Path) -> None:
+    """A plugin that the settings of pytest name is loaded first, and is inside of the fence.
+
+    Source: docs/how-to/assistant.md.
+    """
+    (tmp_path / "secret.txt").write_text("THE SECRET LINE\n")
+    (project / "pytest.ini").write_text("[pytest]\naddopts = -p early\n")
+    (project / "early.py").write_text(f'raise ValueError(open("{tmp_path}/secret.txt").read())\n')
+
+    async def use(session: ClientSession) -> str:
+        return await _error(session, "mutants", files=["Counter.st"])
+
+    text = _session(project, use)
+    assert "outside of the folders" in text
+    assert "SECRET LINE" not in text
+
+
 def test_tests_of_the_project_have_no_network(project: Path) -> None:
     """Source: docs/how-to/assistant.md."""
     lines = ["import socket", "", "", _TEST]

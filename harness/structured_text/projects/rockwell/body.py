@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from structured_text.language.source import Line
@@ -21,6 +22,8 @@ from structured_text.projects.rockwell.system import SYSTEM_HINT, is_known_class
 
 __all__ = ["translated"]
 
+#: Matches an index that is not a number.
+_VARYING = re.compile(r"\[[^\]]*[^\d\s,\]]")
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
 #: Instructions for texts, with the number of arguments behind the first one.
 _TEXTS = {"MID": 3, "DELETE": 3, "CONCAT": 2, "INSERT": 3}
@@ -161,15 +164,12 @@ class _Statements(SubroutineReader):
     def _assignment(self) -> Iterator[str]:
         token = self._peek()
         target, data = self._variable(written=True)
-        if self._peek().word == "[:=]":
-            raise self._error(
-                "[:=] is not supported: it is cleared when the controller starts",
-                token,
-                "write := and clear it in the first scan",
-            )
-        self._expect(":=")
-        value = self._value()
         types = self._routine.types
+        if self._take("[:=]"):
+            self._routine.cleared.append(self._cleared(target, data, token))
+        else:
+            self._expect(":=")
+        value = self._value()
         if types.is_string(data) or value[1] == "STRING":
             if not (types.is_string(data) and value[1] == "STRING"):
                 raise self._error(f"{target} and the value are not both texts", token)
@@ -181,6 +181,14 @@ class _Statements(SubroutineReader):
             yield f"{target} := {bare(text)};"
         else:
             raise self._error(f"{target} is copied by COP, not assigned", token)
+
+    def _cleared(self, target: str, data: Data, token: Token) -> str:
+        """Return the statement of the prescan for a tag left of `[:=]`."""
+        if not self._routine.types.is_simple(data) or _VARYING.search(target):
+            text = f"[:=] is not supported for {target}"
+            raise self._error(text, token, "write :=, and clear it in the first scan")
+        zero = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0"}.get(data.type, "0")
+        return f"{target} := {f'{STORED[data.type]}#0' if data.stored else zero};"
 
     # --- calls ----------------------------------------------------------------------------
 

@@ -32,7 +32,7 @@ from structured_text.projects.diagrams.networks.model import (
 __all__ = ["Found", "LiveNetwork", "edges_of", "live_network"]
 
 #: The call of the trigger that the translation of a network has for a contact with an edge.
-_TRIGGER = re.compile(r"\s*(Rcx(Rising|Falling)\w*)\(CLK := (.+)\);")
+_TRIGGER = re.compile(r"\s*(\w*?(Rising|Falling)\w*)\(CLK := (.+)\);")
 _COMPARISON = re.compile(r"\(?([^()\s]+) (=|<>|<=|>=|<|>) ([^()\s]+)\)?")
 _NAMES = {"=": "EQ", "<>": "NE", "<=": "LE", ">=": "GE", "<": "LT", ">": "GT"}
 _INTEGER = re.compile(r"[-+]?\d{1,15}")
