@@ -138,12 +138,20 @@ def test_the_only_contact_of_an_input_is_a_condition(tmp_path: Path) -> None:
     assert [(one.text, set(one.vectors.values())) for one in found.decisions] == [("a", {True})]
 
 
-def test_a_copy_in_a_text_is_not_a_decision(tmp_path: Path) -> None:
-    """Only a drawing has contacts; the coverage of text is as before."""
-    file = tmp_path / "main.st"
-    file.write_text("PROGRAM Main VAR a, b : BOOL; END_VAR b := a; END_PROGRAM", encoding="utf-8")
+@pytest.mark.parametrize("network", ["", "action Work"])
+def test_a_copy_in_a_text_is_not_a_decision(tmp_path: Path, network: str) -> None:
+    """Only rungs and networks have contacts; an action of a chart may be text."""
+    file = tmp_path / "main.xml"
+    file.write_text("<chart/>", encoding="utf-8")
+    lines = (
+        Line("PROGRAM Main VAR a, b : BOOL; END_VAR", 1),
+        Line("b := a;", 1, network=network),
+        Line("END_PROGRAM", 1),
+    )
+    source = Extract.make(file, lines, "Main")
     collector = Collector(tmp_path)
-    with counting(collector), Bench.build([file], engine="builtin") as bench:
+    files = SourceFiles((source,), (), None)
+    with counting(collector), Bench.build(files, engine="builtin") as bench:
         bench.scan(1)
     (found,) = measure(merge([part_of(collector)]), tmp_path)
     assert not found.decisions

@@ -228,6 +228,10 @@ class Plan:
                 self._expression(part, line)
 
 
+#: The parts of drawings that have contacts. A step or an action of a chart may be text.
+_CONTACTS = ("rung", "network")
+
+
 def _is_contact(node: t.Expression, line: int) -> bool:
     """Return whether a value is the only contact of a coil or of a block's input in a drawing.
 
@@ -235,6 +239,8 @@ def _is_contact(node: t.Expression, line: int) -> bool:
     closed. A variable that holds the power of a rung was a decision at its own assignment.
     """
     if not isinstance(line, NetworkLine) or type_name(node.type) != "BOOL":
+        return False
+    if not line.network.startswith(_CONTACTS):
         return False
     while isinstance(node, (t.Member, t.Index)):
         node = node.base
