@@ -30,14 +30,12 @@ from rcx_harness.cli.options import (
     replacements,
 )
 from rcx_harness.cli.refused_text import grouped
-from rcx_harness.watch.calls_source import call_findings
-from rcx_harness.watch.first_mistakes import first_mistakes
-from rcx_harness.watch.image_source import image_use
+from rcx_harness.watch.source_findings import source_findings
 from structured_text.errors import InputError, legible
 from structured_text.export.refused import Tool, refused, tools
 from structured_text.language.checked import analysed, load
 from structured_text.language.load import first_errors
-from structured_text.language.portability import LintFinding, lint, unportable
+from structured_text.language.portability import LintFinding, lint
 from structured_text.language.project import Project
 from structured_text.language.unread import unread_bodies
 from structured_text.output.files import replace_files
@@ -179,27 +177,21 @@ def _checked(given: _Given) -> tuple[list[Finding], str]:
     if given.tool is not None and project is not None:
         program = None if given.replace else given.files
         return _refused(tools()[given.tool], sources, project, program)
-    users, library = sources.users
     prefix = library_names(lib).prefix
-    checked = lint(sources.own, library, sources.lib, binding=lint_only, prefix=prefix)
-    found = [(finding, "portability") for finding in checked]
     faulty: list[Place] = []
-    if not lint_only:
-        calls, images = call_findings(users, library), image_use(users, library).findings
-        for called, rule in ((calls, "call-order"), (images, "process-image")):
-            found += [
-                (LintFinding(one.file, one.at, one.text, one.certain), rule) for one in called
-            ]
-        mistakes = first_mistakes(users, library)
-        found += [(LintFinding(*one, strict=False), "first-mistake") for one in mistakes]
-        uses = unportable(project.uses if project else (), library)
-        found += [(finding, "one-engine") for finding in uses]
+    if lint_only:
+        _, library = sources.users
+        checked = lint(sources.own, library, sources.lib, binding=True, prefix=prefix)
+        found = [(finding, "portability") for finding in checked]
+    else:
+        assert project is not None
         faulty = _faults(project)
-        found += [
+        faults = [
             (LintFinding(one.file, one.at, one.text, strict=False), "matiec-fault")
             for one in faulty
         ]
-        found = sorted(dict.fromkeys(found), key=lambda one: (str(one[0].file), one[0].at))
+        every = [*source_findings(sources, project, prefix), *faults]
+        found = sorted(dict.fromkeys(every), key=lambda one: (str(one[0].file), one[0].at))
     for finding, _ in found:
         print(legible(str(finding)))
     strict = sum(finding.strict for finding, _ in found)
