@@ -65,7 +65,7 @@ def rename(
     family = index.family(found)
     _check_name(name)
     for one in family:
-        _check_definition(one)
+        _check_definition(index, one)
     uses = index.uses(family)
     _check_files(found, uses, library)
     if not same_name(name, found.name):
@@ -94,7 +94,10 @@ def _check_name(name: str) -> None:
         raise InputError(f"{name} is a word of the language or its standard", hint=hint)
 
 
-def _check_definition(found: Definition) -> None:
+def _check_definition(index: Index, found: Definition) -> None:
+    if found.key.partition(".")[0] in index.outside.registry.overloads:
+        text = f"several functions are called {found.key.partition('.')[0]}"
+        raise InputError(text, hint="rename them by hand")
     suffix = Path(found.file).suffix.lower()
     if found.kind == "list":
         text = f"the list of global variables {found.name} is named after its file"
