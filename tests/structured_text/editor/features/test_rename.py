@@ -187,6 +187,28 @@ def test_names_of_the_library_are_not_renamed() -> None:
         rename(*place.args, "Other", library=[FOLDER / "Pump.st"])
 
 
+@pytest.mark.parametrize(
+    ("name", "refused"), [("Speed", True), ("own", True), ("Size", False), ("Other", False)]
+)
+def test_a_name_whose_meaning_a_mistake_hides_is_not_renamed(name: str, refused: bool) -> None:
+    """The type of Job is missing, so that Job.Speed may be Pump's Speed; line 5 has a mistake."""
+    text = """FUNCTION_BLOCK Pump
+VAR_INPUT Speed : INT; END_VAR
+VAR Job : Missing; own : INT; Size : INT; Other : INT; END_VAR
+Speed := Job.Speed + Job.Size; Other := Size;
+own := (own;
+END_FUNCTION_BLOCK
+"""
+    index = index_of(Main=text)
+    found = index.names.get(f"PUMP.{name.upper()}")
+    assert found is not None
+    if refused:
+        with pytest.raises(InputError, match="because of mistakes in the sources"):
+            _renamed(index, found, "Fresh")
+    else:
+        assert "Fresh" in _renamed(index, found, "Fresh")["Main"]
+
+
 def test_one_of_several_functions_of_a_name_is_not_renamed() -> None:
     """In the dialect of SIMATIC AX, functions with different inputs may have one name."""
     text = """FUNCTION Half : INT VAR_INPUT n : INT; END_VAR Half := n / 2; END_FUNCTION
