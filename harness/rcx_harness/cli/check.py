@@ -27,11 +27,10 @@ from rcx_harness.cli.options import (
     Replace,
     Sources,
     counted,
+    interval_us,
     replacements,
 )
-from rcx_harness.watch.calls_source import call_findings
-from rcx_harness.watch.first_mistakes import first_mistakes
-from rcx_harness.watch.image_source import image_use
+from rcx_harness.watch.source_warnings import source_warnings
 from structured_text.errors import InputError, legible
 from structured_text.export.refused import Tool, refused, tools
 from structured_text.language.checked import analysed, load
@@ -71,6 +70,9 @@ def check(
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with 1 on warnings and uncertain refusals, too.")
     ] = False,
+    rpi: Annotated[
+        str, typer.Option(help="Packet interval, for warnings of pins Timeout and Margin.")
+    ] = "10ms",
     json_file: JsonFile = None,
     sarif: Annotated[
         Path | None,
@@ -80,7 +82,8 @@ def check(
     """Check ST sources: syntax, types, portability, calls; also with matiec if it is installed.
 
     Each block of a robot must be called once per scan, between FB_ReadArea and FB_WriteArea. Common
-    first mistakes, such as a pin Connected that is not wired, are warnings.
+    first mistakes, such as a pin Connected that is not wired, are warnings; each names the section
+    of docs/how-to/first-mistakes.md that explains it.
 
     Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
     statements, blocks, labels, ports and tasks.
@@ -102,6 +105,7 @@ def check(
         raise InputError("--stubs and --lint exclude each other")
     if json_file is not None and json_file == sarif:
         raise InputError("--json and --sarif name the same file", file=sarif)
+    rpi_us = interval_us("--rpi", rpi)
     written = JsonOutput(json_file, JSON_BEGINNING, files or ())
     log = JsonOutput(sarif, SARIF_BEGINNING, files or ())
     findings: list[Finding] = []
@@ -117,7 +121,9 @@ def check(
             if summary:
                 print(summary)
         if (summary or not programs) and (others or not programs):
-            given = _Given(others or files, lib, replace, dialect, device, lint_only, stubs, tool)
+            given = _Given(
+                others or files, lib, replace, dialect, device, lint_only, stubs, tool, rpi_us
+            )
             found, summary = _checked(given)
             findings += found
             if summary:
@@ -146,6 +152,7 @@ class _Given(NamedTuple):
     lint_only: bool
     stubs: Path | None
     tool: str | None
+    rpi_us: int
 
 
 def _checked(given: _Given) -> tuple[list[Finding], str]:
@@ -177,29 +184,25 @@ def _checked(given: _Given) -> tuple[list[Finding], str]:
     users, library = sources.users
     prefix = library_names(lib).prefix
     checked = lint(sources.own, library, sources.lib, binding=lint_only, prefix=prefix)
-    found = [(finding, "portability") for finding in checked]
+    found = [(finding, "portability", "") for finding in checked]
     faulty: list[Place] = []
     if not lint_only:
-        calls, images = call_findings(users, library), image_use(users, library).findings
-        for called, rule in ((calls, "call-order"), (images, "process-image")):
-            found += [
-                (LintFinding(one.file, one.at, one.text, one.certain), rule) for one in called
-            ]
-        mistakes = first_mistakes(users, library)
-        found += [(LintFinding(*one, strict=False), "first-mistake") for one in mistakes]
+        for one in source_warnings(users, library, given.rpi_us):
+            finding = LintFinding(one.file, one.at, one.text, one.certain)
+            found.append((finding, one.rule, f"see {one.page}"))
         uses = unportable(project.uses if project else (), library)
-        found += [(finding, "one-engine") for finding in uses]
+        found += [(finding, "one-engine", "") for finding in uses]
         faulty = _faults(project)
         found += [
-            (LintFinding(one.file, one.at, one.text, strict=False), "matiec-fault")
-            for one in faulty
+            (LintFinding(fault.file, fault.at, fault.text, strict=False), "matiec-fault", "")
+            for fault in faulty
         ]
         found = sorted(dict.fromkeys(found), key=lambda one: (str(one[0].file), one[0].at))
-    for finding, _ in found:
-        print(legible(str(finding)))
-    strict = sum(finding.strict for finding, _ in found)
+    for finding, _, hint in found:
+        print(legible(f"{finding} ({hint})" if hint else str(finding)))
+    strict = sum(finding.strict for finding, _, _ in found)
     broken, files_read = counted(strict, "broken rule"), counted(len(sources.own), "file")
-    findings = [Finding.of_lint(finding, rule) for finding, rule in found]
+    findings = [Finding.of_lint(*one) for one in found]
     if lint_only:
         return findings, f"{files_read} checked for portability: {broken}"
     warnings = counted(len(findings) - strict, "warning")
