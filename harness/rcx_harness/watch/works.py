@@ -25,11 +25,13 @@ def mixing_works(robot: Robot, used: RobotsUsed) -> Iterator[tuple[Call, Call]]:
     """Yield each call that can start while the block of an earlier call works, with this call."""
     works = [call for call in robot.calls if call.block.name.upper() in _WORKS]
     starts = [(call, _start(call, used)) for call in works]
-    for number, (call, start) in enumerate(starts):
-        for earlier, other in starts[:number]:
+    for place, (call, start) in enumerate(starts):
+        for earlier, other in starts[:place]:
             if start is None or other is None or earlier.instance == call.instance:
                 continue
-            if not _exclude(start, other) and _robot_number(earlier) == _robot_number(call):
+            number = _robot_number(call)
+            same = number is not None and number == _robot_number(earlier)
+            if same and not _exclude(start, other):
                 yield call, earlier
                 break
 
@@ -59,9 +61,9 @@ def _start(call: Call, used: RobotsUsed) -> _Start | None:
     return frozenset(found)
 
 
-def _robot_number(call: Call) -> int:
-    """Return the number of the robot; -1 if the source does not decide it."""
+def _robot_number(call: Call) -> int | None:
+    """Return the number of the robot; None if the source does not decide it."""
     for name, value in call.node.inputs:
         if name.upper() == "ROBOTNUMBER":
-            return max(1, int(value.value)) if isinstance(value, t.Constant) else -1
+            return max(1, int(value.value)) if isinstance(value, t.Constant) else None
     return 1
