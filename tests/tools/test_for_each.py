@@ -15,7 +15,9 @@ def test_each_value_that_fails_is_named() -> None:
         tried.append(number)
         assert number % 2, "even"
 
-    with pytest.raises(AssertionError, match=r"^2 of 4 values failed:\n2: even[^\n]*\n.*\n?4: even"):
+    with pytest.raises(
+        AssertionError, match=r"^2 of 4 values failed:\n2: even[^\n]*\n.*\n?4: even"
+    ):
         check()
     assert tried == [1, 2, 3, 4]
 

@@ -30,6 +30,7 @@ from rcx_harness.cli.options import (
     interval_us,
     replacements,
 )
+from rcx_harness.cli.refused_text import grouped
 from rcx_harness.watch.source_warnings import source_warnings
 from structured_text.errors import InputError, legible
 from structured_text.export.refused import Tool, refused, tools
@@ -65,7 +66,11 @@ def check(
     ] = None,
     tool: Annotated[
         str | None,
-        typer.Option("--for", help=f"Also list what this tool refuses: {', '.join(tools())}."),
+        typer.Option(
+            "--for",
+            help=f"List what this tool refuses: {', '.join(tools())}.",
+            autocompletion=lambda: [(name, one.title) for name, one in tools().items()],
+        ),
     ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with 1 on warnings and uncertain refusals, too.")
@@ -91,8 +96,8 @@ def check(
     With --stubs DIR the command writes the interface of each type, block and function of a library
     that is not given, as far as your files show it, and checks your files with these interfaces.
 
-    With --for NAME the command also lists what this PLC tool refuses in your files, and what it
-    may refuse because no public document answers the question.
+    With --for NAME the command lists the kinds of constructs that this PLC tool refuses in your
+    files, and those that it may refuse because no public document answers the question.
 
     Exit code: 0 if there are at most warnings, 1 if a rule of the library or of its calls is broken
     or the tool of --for is known to refuse something, 2 on an error in the sources.
@@ -242,8 +247,8 @@ def _refused(
 ) -> tuple[list[Finding], str]:
     """Print the constructs that a tool refuses or may refuse, and return them."""
     found = refused(tool, sources, project, program)
-    for one in found:
-        print(legible(str(one)))
+    for line in grouped(found):
+        print(legible(line))
     if tool.note:
         print(f"note: {tool.note}; rcx export {tool.export} writes them")
     certain = sum(one.certain for one in found)

@@ -108,7 +108,7 @@ def _page(title: str, source: str, body: Iterator[str]) -> str:
 
 
 def _blocks() -> Iterator[str]:
-    yield "The page of a block shows its pins, an example with its timing chart, its errors and"
+    yield "The page of a block shows its pins, an example with ladder and chart, its errors and"
     yield "related blocks. Each block is one source file, which begins with a description of it."
     yield "[panel.html](panel.html) is a printed sheet for the panel, with all dedicated bits,"
     yield "codes and errors. [internal-blocks.md](internal-blocks.md) lists blocks that only other"

@@ -101,3 +101,28 @@ def test_a_network_whose_elements_are_mixed_with_another_has_one_heading() -> No
     found = re.findall(r'<th colspan="4">(.*?)</th>|<tr id="(L\d)"', page)
     shown = [heading or row for heading, row in found]
     assert shown == ["Main, network 1", "L2", "L4", "Main, network 2", "L3"]
+
+
+def test_the_only_contact_of_a_coil_is_a_condition(result: FileResult) -> None:
+    """`Motor := Lamp` and `Last := First` are decisions of a drawing, as with two contacts.
+
+    Lamp was always TRUE. First (Count > 1) was FALSE in the first scan.
+    """
+    found = {
+        one.text: set(one.conditions[0].judged.values)
+        for one in result.decisions
+        if len(one.conditions) == 1
+    }
+    assert found["Lamp"] == {True}
+    assert found["First"] == {False, True}
+
+
+def test_a_copy_in_a_text_is_not_a_decision(tmp_path: Path) -> None:
+    """Only a drawing has contacts; the coverage of text is as before."""
+    file = tmp_path / "main.st"
+    file.write_text("PROGRAM Main VAR a, b : BOOL; END_VAR b := a; END_PROGRAM", encoding="utf-8")
+    collector = Collector(tmp_path)
+    with counting(collector), Bench.build([file], engine="builtin") as bench:
+        bench.scan(1)
+    (found,) = measure(merge([part_of(collector)]), tmp_path)
+    assert not found.decisions

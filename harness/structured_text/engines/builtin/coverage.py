@@ -16,9 +16,11 @@ from structured_text.engines.builtin.expression_code import ExpressionCode
 from structured_text.engines.builtin.standard import Value
 from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
+from structured_text.errors import VARIABLES
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.scalars import ANY_DATE, ANY_DURATION, ANY_REAL, ANY_STRING
+from structured_text.language.source import NetworkLine
 from structured_text.language.types import type_name
 from structured_text.language.walk import nodes, parts
 
@@ -181,6 +183,8 @@ class Plan:
         elif isinstance(node, t.CallBlock):
             for _, value in (*node.inputs, *node.in_outs, *node.outputs):
                 self._expression(value, line)
+        elif isinstance(node, t.Assign) and _is_contact(node.value, line):
+            self._decision(node.value, line)
         else:
             for part in parts(node):
                 self._expression(part, line)
@@ -205,6 +209,19 @@ class Plan:
         for condition in conditions:
             for part in parts(condition):
                 self._expression(part, line)
+
+
+def _is_contact(node: t.Expression, line: int) -> bool:
+    """Return whether an assigned value is the only contact of a coil in a drawing.
+
+    It is a decision: without it, `|--| |--( )--|` would be covered although the contact was never
+    closed. A variable that holds the power of a rung was a decision at its own assignment.
+    """
+    if not isinstance(line, NetworkLine) or type_name(node.type) != "BOOL":
+        return False
+    while isinstance(node, (t.Member, t.Index)):
+        node = node.base
+    return isinstance(node, t.Use) and not node.symbol.name.startswith(VARIABLES)
 
 
 def _is_operator(node: t.Expression) -> bool:
