@@ -31,12 +31,12 @@ from rcx_harness.cli.options import (
     replacements,
 )
 from rcx_harness.cli.refused_text import grouped
-from rcx_harness.watch.source_warnings import source_warnings
+from rcx_harness.watch.source_findings import source_findings
 from structured_text.errors import InputError, legible
 from structured_text.export.refused import Tool, refused, tools
 from structured_text.language.checked import analysed, load
 from structured_text.language.load import first_errors
-from structured_text.language.portability import LintFinding, lint, unportable
+from structured_text.language.portability import LintFinding, lint
 from structured_text.language.project import Project
 from structured_text.language.unread import unread_bodies
 from structured_text.output.files import replace_files
@@ -126,9 +126,8 @@ def check(
             if summary:
                 print(summary)
         if (summary or not programs) and (others or not programs):
-            given = _Given(
-                others or files, lib, replace, dialect, device, lint_only, stubs, tool, rpi_us
-            )
+            named = others or files
+            given = _Given(named, lib, replace, dialect, device, lint_only, stubs, tool, rpi_us)
             found, summary = _checked(given)
             findings += found
             if summary:
@@ -186,28 +185,26 @@ def _checked(given: _Given) -> tuple[list[Finding], str]:
     if given.tool is not None and project is not None:
         program = None if given.replace else given.files
         return _refused(tools()[given.tool], sources, project, program)
-    users, library = sources.users
     prefix = library_names(lib).prefix
-    checked = lint(sources.own, library, sources.lib, binding=lint_only, prefix=prefix)
-    found = [(finding, "portability", "") for finding in checked]
     faulty: list[Place] = []
-    if not lint_only:
-        for one in source_warnings(users, library, given.rpi_us):
-            finding = LintFinding(one.file, one.at, one.text, one.certain)
-            found.append((finding, one.rule, f"see {one.page}"))
-        uses = unportable(project.uses if project else (), library)
-        found += [(finding, "one-engine", "") for finding in uses]
+    if lint_only:
+        _, library = sources.users
+        checked = lint(sources.own, library, sources.lib, binding=True, prefix=prefix)
+        found = [(finding, "portability") for finding in checked]
+    else:
+        assert project is not None
         faulty = _faults(project)
-        found += [
-            (LintFinding(fault.file, fault.at, fault.text, strict=False), "matiec-fault", "")
-            for fault in faulty
+        faults = [
+            (LintFinding(one.file, one.at, one.text, strict=False), "matiec-fault")
+            for one in faulty
         ]
-        found = sorted(dict.fromkeys(found), key=lambda one: (str(one[0].file), one[0].at))
-    for finding, _, hint in found:
-        print(legible(f"{finding} ({hint})" if hint else str(finding)))
-    strict = sum(finding.strict for finding, _, _ in found)
+        every = [*source_findings(sources, project, prefix, given.rpi_us), *faults]
+        found = sorted(dict.fromkeys(every), key=lambda one: (str(one[0].file), one[0].at))
+    for finding, _ in found:
+        print(legible(str(finding)))
+    strict = sum(finding.strict for finding, _ in found)
     broken, files_read = counted(strict, "broken rule"), counted(len(sources.own), "file")
-    findings = [Finding.of_lint(*one) for one in found]
+    findings = [Finding.of_lint(finding, rule) for finding, rule in found]
     if lint_only:
         return findings, f"{files_read} checked for portability: {broken}"
     warnings = counted(len(findings) - strict, "warning")

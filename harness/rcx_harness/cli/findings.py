@@ -69,12 +69,12 @@ class Finding:
         return cls(level, rule, text, *place, error.hint)
 
     @classmethod
-    def of_lint(cls, finding: LintFinding, rule: str, hint: str = "") -> Finding:
+    def of_lint(cls, finding: LintFinding, rule: str) -> Finding:
         """Return the finding for a broken rule or a warning."""
         level = "rule" if finding.strict else "warning"
         line, column = finding.at
         text = in_network(line, finding.text)
-        return cls(level, rule, text, str(finding.file), line, shown_column(column) or 0, hint)
+        return cls(level, rule, text, str(finding.file), line, shown_column(column) or 0)
 
 
 def as_json(findings: Sequence[Finding], summary: str) -> str:
