@@ -112,7 +112,7 @@ def test_every_public_block_has_a_purpose_and_pins() -> None:
 
     Source: plc/lib.
     """
-    from rcx_harness.assistant.blocks import blocks
+    from rcx_harness.cell.blocks import blocks
 
     assert len(blocks()) > 150
     for block in blocks().values():

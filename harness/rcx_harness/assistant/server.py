@@ -20,7 +20,6 @@ from mcp.server import Server, ServerRequestContext
 from mcp.server.stdio import stdio_server
 from mcp.shared.exceptions import MCPError
 
-from rcx_harness.assistant.blocks import blocks, page
 from rcx_harness.assistant.call import Call, Ran
 from rcx_harness.assistant.child import answered
 from rcx_harness.assistant.folders import Folders
@@ -28,6 +27,7 @@ from rcx_harness.assistant.limits import MOST_CALLS, Limits
 from rcx_harness.assistant.standard_input import lines_of_standard_input
 from rcx_harness.assistant.tools import TOOLS, Tool
 from rcx_harness.assistant.worker import Report, work
+from rcx_harness.cell.blocks import blocks, page
 from structured_text.errors import InputError, legible, near
 
 __all__ = ["Assistant", "serve"]

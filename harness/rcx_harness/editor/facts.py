@@ -90,8 +90,8 @@ def page_of(block: str) -> str | None:
     page = _PAGES / f"{block}.md"
     if page.is_file():
         return page.as_uri()
-    from rcx_harness.assistant.blocks import blocks
-    from rcx_harness.assistant.blocks import page as text_of
+    from rcx_harness.cell.blocks import blocks
+    from rcx_harness.cell.blocks import page as text_of
 
     place = cache_folder()
     if place is None or block not in blocks():
