@@ -12,6 +12,7 @@ import pytest
 
 from faulty_examples import changed_example
 from feeder import feeder
+from junit_files import junit_root
 from rcx_harness.cli.app import main
 from rcx_harness.verify.storm.campaign import Seed, storms
 
@@ -49,9 +50,10 @@ def test_a_cell_that_recovers_passes_and_seeds_run_once(here: Path, capsys: Capt
 def test_a_property_that_breaks_is_replayed_by_rcx_run(here: Path, capsys: Captured) -> None:
     """The feeder wrongly runs while its guard is open, so the replay only starts the feeder."""
     feeder(here, runs_open=True)
-    assert main(_CAMPAIGN) == 1
+    assert main([*_CAMPAIGN, "--junit", "out/it.xml"]) == 1
     said = capsys.readouterr().out
     assert "always closed: " in said
+    assert "written: out/it.xml" in said
     assert "needs: nothing but the start" in said
     replay = here / "out/campaign/always_closed-1.toml"
     text = replay.read_text()
@@ -59,6 +61,10 @@ def test_a_property_that_breaks_is_replayed_by_rcx_run(here: Path, capsys: Captu
     assert text.count("\n") <= 5
     assert (here / "out/campaign/always_closed-1.svg").read_text().startswith("<svg ")
     command = next(one for one in _replays(said) if "always_closed-1" in one)
+    cases = list(junit_root(here / "out/it.xml").iter("testcase"))
+    assert [case.get("name") for case in cases] == [f"seed {seed}" for seed in range(6)]
+    texts = [str(one.text) for case in cases for one in case.iter("failure")]
+    assert any(f"replay: {command}" in text for text in texts)
     assert main(command.split()[1:]) == 1
     assert "expect: NOT (Main.Running AND NOT Main.Closed) does not hold" in capsys.readouterr().out
 
@@ -301,6 +307,7 @@ def test_a_sweep_reports_the_scans_without_recovery(here: Path, capsys: Captured
     """
     feeder(here, latches=True)
     sweep = [*_SWEEP, "--inject", "link_down,plc_overrun", "--every", "5", "--json", "out/it.json"]
+    sweep += ["--junit", "out/it.xml"]
     assert main(sweep) == 1
     said = capsys.readouterr().out
     assert "20 moments of 1 s, 2 faults at each" in said
@@ -313,6 +320,14 @@ def test_a_sweep_reports_the_scans_without_recovery(here: Path, capsys: Captured
     # scan 35, it is detected while the feeder runs.
     assert one["scans"] == [[35, 95]]
     command = _replays(said)[0]
+    cases = list(junit_root(here / "out/it.xml").iter("testcase"))
+    assert len(cases) == 40
+    failing = [case for case in cases if case.find("failure") is not None]
+    names = [f"scan {scan} ({scan * 10} ms)" for scan in range(35, 100, 5)]
+    assert [(case.get("classname"), case.get("name")) for case in failing] == [
+        ("sweep.link_down", name) for name in names
+    ]
+    assert all(f"replay: {command}" in "".join(case.itertext()) for case in failing)
     assert main(command.split()[1:]) == 1
     assert main(sweep) == 1, "a known moment is not run again, and has the same result"
 

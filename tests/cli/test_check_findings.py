@@ -128,6 +128,7 @@ def test_strict_makes_an_uncertain_refusal_the_exit_code_1(place: Path, capsys: 
     assert main([*command, "--strict", "--json"]) == 1
     found = json.loads(capsys.readouterr().out)["findings"]
     assert {item["rule"] for item in found} == {"may-be-refused"}
+    assert [(item["line"], item["column"]) for item in found] == [(5, 8)]
 
 
 def test_a_file_of_another_program_is_not_overwritten(place: Path, capsys: Captured) -> None:

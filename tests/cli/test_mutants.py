@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from junit_files import junit_root
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.cli.start import INTERRUPTED
@@ -109,11 +110,21 @@ def _survivors() -> set[tuple[int, str]]:
     return {(row["line"], row["after"]) for row in rows}
 
 
+def _failing() -> set[tuple[int, str]]:
+    """Return line and new text of the failed cases in the JUnit file."""
+    cases = [
+        one
+        for one in junit_root(Path("it.xml")).iter("testcase")
+        if one.find("failure") is not None
+    ]
+    return {(int(one.get("line", "")), str(one.get("name")).split(": ")[2]) for one in cases}
+
+
 @pytest.mark.exhaustive
 def test_survivors_are_listed_until_a_better_test_finds_them(
     project: Path, capsys: Captured
 ) -> None:
-    command = ["mutants", "plc", "--json", "found.json", "--", "pytest", "-q"]
+    command = ["mutants", "plc", "--json", "found.json", "--junit", "it.xml", "--", "pytest", "-q"]
     before = {path for path in project.rglob("*") if "__pycache__" not in path.parts}
     assert main(command) == 1
     said = capsys.readouterr().out
@@ -127,8 +138,10 @@ def test_survivors_are_listed_until_a_better_test_finds_them(
     rows = Path(".rcx/mutants-without-reason.toml")
     kept = Path(".rcx/mutants.jsonl")
     assert {one.relative_to(project) for one in new} == {Path(".rcx"), rows, kept} | {
-        Path("found.json")
+        Path("found.json"),
+        Path("it.xml"),
     }
+    assert _failing() == _survivors()
 
     known = kept.read_text("utf-8")
     assert main(command) == 1

@@ -235,3 +235,59 @@ def test_a_launch_of_the_debugger_may_name_the_dialect(motor: str) -> None:
         {"program": motor, "noRobot": True, "dialect": "tia", "for": "1s"}, []
     ).machine
     assert machine.program.project.dialect == "tia"
+
+
+@pytest.mark.parametrize(
+    ("statement", "property_"),
+    [("List[Place] := 1;", "index"), ("Place := 1 / Place;", "division")],
+)
+def test_a_proof_without_assertions_lists_the_operations(
+    statement: str, property_: str, tmp_path: Path, capsys: Captured
+) -> None:
+    """A program without an assertion and without a robot has properties, too.
+
+    Place is 0 in the first scan. So the index is outside of 1..5, and 1 is divided by 0.
+
+    Source: docs/how-to/prove.md, What is proved.
+    """
+    declared = "VAR Place : INT; List : ARRAY [1..5] OF INT; END_VAR"
+    file = tmp_path / "Main.st"
+    file.write_text(f"PROGRAM Main\n{declared}\n{statement}\nEND_PROGRAM\n")
+    assert main(["prove", str(file), "--no-robot", "--out", str(tmp_path / "out")]) == 1
+    assert f"refuted: {property_} Main.st:3" in capsys.readouterr().out
+
+
+def test_operations_of_several_task_intervals_are_searched(
+    tmp_path: Path, capsys: Captured
+) -> None:
+    """With several intervals nothing is proved, but a run that breaks an operation is found.
+
+    Place is 0 in the first scan, which is outside of 1..5.
+
+    Source: docs/how-to/prove.md, Assumptions.
+    """
+    file = tmp_path / "Main.st"
+    file.write_text(
+        "PROGRAM Fast\nVAR Place : INT; List : ARRAY [1..5] OF INT; END_VAR\n"
+        "List[Place] := 1;\nEND_PROGRAM\n"
+        "PROGRAM Slow\nVAR Count : INT; END_VAR\nCount := 1;\nEND_PROGRAM\n"
+        "CONFIGURATION Both\nRESOURCE Plc ON PLC\n"
+        "TASK Short (INTERVAL := T#10ms, PRIORITY := 1);\n"
+        "TASK Long (INTERVAL := T#20ms, PRIORITY := 2);\n"
+        "PROGRAM P1 WITH Short : Fast;\nPROGRAM P2 WITH Long : Slow;\n"
+        "END_RESOURCE\nEND_CONFIGURATION\n"
+    )
+    assert main(["prove", str(file), "--no-robot", "--out", str(tmp_path / "out")]) == 1
+    assert "refuted: index Main.st:3: after 1 scans of 10 ms" in capsys.readouterr().out
+
+
+def test_operations_that_cannot_be_examined_are_unknown(tmp_path: Path, capsys: Captured) -> None:
+    """A proof does not support SIN of a variable, so it does not say that all is proved.
+
+    Source: docs/how-to/prove.md, Proved, refuted, unknown.
+    """
+    file = tmp_path / "Main.st"
+    file.write_text("PROGRAM Main\nVAR R : REAL; END_VAR\nR := SIN(R);\nEND_PROGRAM\n")
+    assert main(["prove", str(file), "--no-robot", "--limit", "1s"]) == 1
+    said = capsys.readouterr().out
+    assert "unknown: operations: not decided: the standard function SIN is not supported" in said

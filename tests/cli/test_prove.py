@@ -8,6 +8,7 @@ from pathlib import Path
 
 import pytest
 
+from junit_files import junit_root
 from rcx_harness.cli.app import main
 
 Captured = pytest.CaptureFixture[str]
@@ -50,10 +51,16 @@ def test_a_program_that_is_proved_ends_with_0(lamp: Path, capsys: Captured) -> N
 
 def test_a_counterexample_is_written_and_ends_with_1(lamp: Path, capsys: Captured) -> None:
     lamp.write_text(PROGRAM.format(red="Button"))
-    assert main(["prove", str(lamp)]) == 1
+    assert main(["prove", str(lamp), "--junit", "out/it.xml"]) == 1
     said = capsys.readouterr().out
     assert "refuted: assert Lamp.st:8: after 1 scans of 10 ms" in said
     command = next(line for line in said.splitlines() if line.startswith("  rcx run "))
+    cases = {case.get("name"): case for case in junit_root(Path("out/it.xml")).iter("testcase")}
+    assert set(cases) == {"inner", "assert Lamp.st:8", "once", "steady"}
+    failure = cases["assert Lamp.st:8"].find("failure")
+    assert failure is not None
+    assert f"replay: {command.strip()}" in str(failure.text)
+    assert [name for name, case in cases.items() if len(case)] == ["assert Lamp.st:8"]
     assert main(command.split()[1:]) == 0  # only `rcx prove` reads an assertion in a comment
 
 
@@ -64,6 +71,8 @@ def test_a_counterexample_is_written_and_ends_with_1(lamp: Path, capsys: Capture
         (["--limit", "0s"], "--limit of 0 s is too short"),
         (["--scan", "0ms"], "--scan of 0 s is too short"),
         (["--json", "Lamp.st"], "Lamp.st: already exists and was not written by this command"),
+        (["--junit", "Lamp.st"], "Lamp.st: would be overwritten, but it is an input"),
+        (["--json", "a", "--junit", "a"], "a: --json and --junit name the same file"),
         (["--lib", "none"], "--lib none is not a folder"),
     ],
 )

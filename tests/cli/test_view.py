@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from captures import Story, area, pcap, pcapng
+from plcopen_drawings import element, project
 from rcx_harness.cli.app import main
 from rcx_harness.trace.view import BEGINNING
 from view_page import PageContent
@@ -21,6 +22,9 @@ _ON = "00" * 32 + "4100" + "00" * 14
 _HEAD = '{"format":"rcx-trace/1","scan_us":10000,"size":48}\n'
 _FIRST = f'{{"t_us":0,"scan":0,"so":"{_AREA}","si":"{_AREA}"}}\n'
 _LINES = _HEAD + _FIRST + f'{{"t_us":10000,"scan":1,"so":"{_AREA}","si":"{_ON}"}}\n'
+
+_RUNG = element("leftPowerRail", 1) + element("contact", 2, "Start", "1", at="50 0")
+_RUNG += element("coil", 3, "Motor", "2", at="99 0")
 
 
 @pytest.fixture
@@ -160,6 +164,38 @@ def test_an_invalid_recording_is_one_line_and_no_page(
     assert message in shown.err
     assert (shown.err.count("\n"), shown.out) == (1, "")
     assert [one.name for one in tmp_path.iterdir()] == ["run.jsonl"]
+
+
+def test_the_page_of_a_drawn_program_shows_its_networks(tmp_path: Path, capsys: Captured) -> None:
+    """Their variables are recorded for the page only, so they are not printed as watched."""
+    file, page = tmp_path / "plc.xml", tmp_path / "page.html"
+    file.write_text(project("Start Motor : BOOL", f"<LD>{_RUNG}</LD>"), encoding="utf-8")
+    given = ["--no-robot", "--engine=builtin", "--for=50ms", f"--view={page}"]
+    assert main(["run", str(file), *given]) == 0
+    assert "watched" not in capsys.readouterr().out
+    table = _page(page).table
+    assert [network["title"] for network in table["networks"][0]["networks"]] == ["Network 1"]
+    assert list(table["variables"]) == ["MAIN.START", "MAIN.MOTOR"]
+
+
+def test_a_trace_is_shown_with_the_networks_of_a_program(tmp_path: Path, capsys: Captured) -> None:
+    """Only Start was watched, so the page knows nothing about Motor."""
+    file, trace = tmp_path / "plc.xml", tmp_path / "run.jsonl"
+    file.write_text(project("Start Motor : BOOL", f"<LD>{_RUNG}</LD>"), encoding="utf-8")
+    given = ["--no-robot", "--engine=builtin", "--for=50ms", f"--trace={trace}"]
+    assert main(["run", str(file), *given, "--watch=main.start"]) == 0
+    assert main(["view", str(trace), f"--program={file}"]) == 0
+    table = _page(tmp_path / "run.html").table
+    assert [group["title"] for group in table["networks"]] == ["Main"]
+    assert list(table["variables"]) == ["MAIN.START"]
+    assert main(["run", str(file), *given]) == 0
+    text = (tmp_path / "run.html").read_bytes()
+    assert main(["view", str(trace), f"--program={file}"]) == 2
+    assert "run.jsonl: has no variables that the networks can show" in capsys.readouterr().err
+    (tmp_path / "plc.st").write_text("PROGRAM Main\nEND_PROGRAM\n", encoding="utf-8")
+    assert main(["view", str(trace), f"--program={tmp_path / 'plc.st'}"]) == 2
+    assert "plc.st: the program has no networks" in capsys.readouterr().err
+    assert (tmp_path / "run.html").read_bytes() == text
 
 
 def test_a_missing_recording_is_reported_in_one_line(tmp_path: Path, capsys: Captured) -> None:

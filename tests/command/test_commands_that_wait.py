@@ -11,11 +11,12 @@ import pytest
 
 from block_pins import Reading
 from command_bench import BLOCKS, bench_of
+from for_each import for_each
 from structured_text.engines.base import Value
 from structured_text.output.units import parse_us
 
 
-@pytest.mark.parametrize("name", list(BLOCKS))
+@for_each("name", BLOCKS)
 def test_a_waiting_block_sends_the_values_of_its_rising_edge(name: str) -> None:
     """After the wait, the block sends the values of the rising edge.
 

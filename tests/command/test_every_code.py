@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import re
 
-import pytest
-
+from for_each import for_each
 from plc_bench import LIBRARY, ROOT
 from rcx_harness import spec
 from rcx_harness.spec.telegram import Command
@@ -15,7 +14,7 @@ _COMMANDS = [command for command in spec.commands().values() if command.code]
 _FILES = {file.stem: file for file in LIBRARY}
 _ROWS = re.compile(r"^\| `0x([0R][0-9A-F]{3})` \|(.*)\|$", re.MULTILINE)
 
-every_command = pytest.mark.parametrize("command", _COMMANDS, ids=lambda one: str(one.name))
+every_command = for_each("command", _COMMANDS)
 
 
 def _blocks(command: Command) -> list[str]:
@@ -93,7 +92,7 @@ def test_the_blocks_of_a_command_together_have_all_its_fields(command: Command) 
         assert part.name in shown | {"flag_bit0"}, part.name
 
 
-@pytest.mark.parametrize("block", library().blocks.values(), ids=lambda one: str(one.name))
+@for_each("block", library().blocks.values())
 def test_a_real_pin_has_the_unit_mm_or_percent(
     block: Block,
 ) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 import second_reading
 from command_bench import CommandBench, bench_of
+from for_each import for_each
 from pin_reading import PinRow, Pins, every_block, every_enumeration, hexadecimal
 from rcx_harness.spec.telegram import WORDS
 from structured_text.engines.base import Value
@@ -63,7 +64,7 @@ def _sent(block: Pins, pins: dict[str, Value], robot: int = 0) -> str:
     return ""
 
 
-@every_block_of_the_reading
+@for_each("block", BLOCKS.values())
 def test_each_enumeration_value_is_sent_as_in_the_manual(block: Pins) -> None:
     """Each enumeration value of an input gives the words of the manual.
 
@@ -102,7 +103,7 @@ def test_only_values_that_the_commands_table_lacks_are_refused() -> None:
     assert refused == set(_MISSING_MEMBERS)
 
 
-@every_block_of_the_reading
+@for_each("block", BLOCKS.values())
 def test_robots_and_defaults_are_sent_as_in_the_manual(block: Pins) -> None:
     """With default pins, bits 15 to 12 of n contain the robot number if the command has one.
 

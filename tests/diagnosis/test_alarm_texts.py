@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from both_engines import ENGINES
+from for_each import for_each
 from plc_bench import ROOT, compiled
 from rcx_harness import spec
 from rcx_tools.library.alarm_texts import literal, text_files, wrapped
@@ -87,7 +88,7 @@ def test_each_alarm_that_the_manual_names_has_its_text(
 
 
 @_IN_BOTH
-@pytest.mark.parametrize("row", _ERRORS, ids=lambda row: f"{row['id']:04X}")
+@for_each("row", _ERRORS)
 def test_each_error_id_has_its_text(plc: Program, language: str, row: dict[str, str]) -> None:
     """Source: docs/reference/errors.md."""
     known, lines = _shown(plc, "ErrorText", ErrorID=row["id"], Language=language)

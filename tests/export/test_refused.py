@@ -2,17 +2,21 @@
 
 from __future__ import annotations
 
-import re
+import json
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from matiec_habits import HABITS, iec2c_takes
 from rcx_harness.cli.app import main
+from rcx_harness.cli.refused_text import grouped
 from structured_text.engines.matiec.build import find_matiec
-from structured_text.export.refused import CONSTRUCTS_FILE, tools
+from structured_text.errors import NO_COLUMN
+from structured_text.export.refused import CONSTRUCTS_FILE, Refusal, tools
 from structured_text.export.targets import TARGETS
 from structured_text.language.constructs import CONSTRUCTS, Use
+from structured_text.language.source import Line, NetworkLine
 from structured_text.language.syntax import Position
 from structured_text.output.toml_files import load_toml
 
@@ -44,10 +48,13 @@ def _check(tool: str, file: Path) -> int:
     return main(["check", str(file), "--for", tool])
 
 
-def _found(out: str, file: Path) -> list[tuple[int, bool, str]]:
-    """Read the printed findings: line, whether the refusal is certain, and text."""
-    pattern = re.compile(rf"{re.escape(str(file))}:(\d+):\d+: (refused|may be refused): (.+)")
-    return [(int(one[1]), one[2] == "refused", one[3]) for one in pattern.finditer(out)]
+def _found(tool: str, file: Path, capsys: Captured) -> list[tuple[int, bool, str]]:
+    """Return each place: line, whether the refusal is certain, and text."""
+    capsys.readouterr()
+    main(["check", str(file), "--for", tool, "--json"])
+    found = json.loads(capsys.readouterr().out)["findings"]
+    assert {one["file"] for one in found} <= {str(file)}
+    return [(one["line"], one["rule"] == "refused", one["text"]) for one in found]
 
 
 @pytest.fixture
@@ -77,7 +84,7 @@ def test_every_finding_has_its_line_and_a_remedy(
     habits: Path, capsys: Captured, tool: str, expected: list[tuple[int, bool, str]]
 ) -> None:
     assert _check(tool, habits) == any(certain for _, certain, _ in expected)
-    found = _found(capsys.readouterr().out, habits)
+    found = _found(tool, habits, capsys)
     assert [one[:2] for one in found] == [one[:2] for one in expected]
     for (*_, text), (*_, part) in zip(found, expected, strict=True):
         assert part in text
@@ -99,10 +106,11 @@ def test_a_part_that_is_not_carried_is_refused(
     program = repository / "plc/examples/01_power_up"
     assert _check("mitsubishi", program) == 1
     out = capsys.readouterr().out
-    assert "PowerUp.st:3:1: refused: PROGRAM PowerUp: has an array of BYTE" in out
+    assert "refused in 1 place: PROGRAM: has an array of BYTE" in out
+    assert "PowerUp.st:3:1: PowerUp\n" in out
     assert "note: declarations are label tables there" in out
     assert _check("twincat", program) == 1
-    assert "refused: CONFIGURATION Config0: TASK Cyclic (line 4)" in capsys.readouterr().out
+    assert "refused in 1 place: CONFIGURATION: TASK Cyclic (line 4)" in capsys.readouterr().out
     assert _check("codesys", program) == 0
 
 
@@ -110,7 +118,7 @@ def test_a_reserved_word_may_be_refused_but_not_by_matiec(tmp_path: Path, capsys
     file = tmp_path / "word.st"
     file.write_text("PROGRAM P1\nVAR\n  Overlap : INT;\nEND_VAR\nOverlap := 1;\nEND_PROGRAM\n")
     assert _check("omron", file) == 0
-    assert _found(capsys.readouterr().out, file)[0][:2] == (3, False)
+    assert _found("omron", file, capsys)[0][:2] == (3, False)
     assert _check("matiec", file) == 0
 
 
@@ -124,7 +132,7 @@ def test_a_tool_takes_its_own_files(
     assert _check(tool, path) == 0
     assert "nothing refused, nothing that may be refused" in capsys.readouterr().out
     assert _check(other, path) == 0
-    assert ": may be refused: " in capsys.readouterr().out
+    assert "may be refused in " in capsys.readouterr().out
 
 
 def test_labels_of_enumerations_are_accepted_by_codesys(tmp_path: Path, capsys: Captured) -> None:
@@ -141,15 +149,58 @@ def test_labels_of_enumerations_are_accepted_by_codesys(tmp_path: Path, capsys: 
         "CASE N OF C:\nN := 1; RUN:\nN := 2; END_CASE;\nEND_PROGRAM\n"
     )
     assert _check("codesys", file) == 0
-    ((line, _, text),) = _found(capsys.readouterr().out, file)
+    ((line, _, text),) = _found("codesys", file, capsys)
     assert (line, text.partition("; ")[2]) == (
         8,
         "declare the other operand, or the target, as that enumeration",
     )
     assert _check("matiec", file) == 1
-    found = _found(capsys.readouterr().out, file)
+    found = _found("matiec", file, capsys)
     said = {line: text.partition("; ")[2] for line, _, text in found}
     assert (said[5], said[7]) == ("write the member alone", "write the number")
+
+
+def test_places_are_grouped_by_kind_and_certain_kinds_come_first(
+    tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A line has six places; a detail has its own line.
+
+    Source: docs/how-to/export.md, what a tool refuses
+    """
+    monkeypatch.chdir(tmp_path)
+    Path("a.st").write_text(
+        "PROGRAM P1\nVAR\n  I : INT; P : POINTER TO INT; D : DINT; U : UDINT;\nEND_VAR\n"
+        + "D := I;\n" * 8
+        + "U := P^;\nEND_PROGRAM\n"
+    )
+    assert main(["check", "a.st", "--for", "rockwell"]) == 1
+    assert capsys.readouterr().out.splitlines()[:5] == [
+        "refused in 2 places: POINTER TO; use a VAR_IN_OUT",
+        "  a.st:3:16, 13:7",
+        "may be refused in 9 places: an implicit conversion; call the conversion",
+        "  a.st:5:6, 6:6, 7:6, 8:6, 9:6, 10:6 and 2 more: "
+        "a INT where a DINT is expected: write INT_TO_DINT",
+        "  a.st:13:6: a INT where a UDINT is expected: write INT_TO_UDINT",
+    ]
+
+
+def test_a_kind_in_many_files_has_six_lines() -> None:
+    """Places of different rungs have their own lines, because they have no column in common.
+
+    Source: docs/how-to/export.md, what a tool refuses
+    """
+    at = Position(2, 3)
+    files = [Refusal(Path(f"{name}.st"), at, "", certain=False, kind="k") for name in "abcdefgh"]
+    again = replace(files[6], at=Position(4, 1))
+    assert grouped([*files, again]) == [
+        "may be refused in 9 places: k",
+        *(f"  {name}.st:2:3" for name in "abcdef"),
+        "  ... and 3 more places: --json lists all",
+    ]
+    rungs = [NetworkLine(7, "Main", Line("", 7, 0, f"rung {number}")) for number in (1, 2)]
+    places = [Position(rungs[number], NO_COLUMN + 1 + number) for number in (0, 1, 1)]
+    drawn = [replace(files[0], file=Path("a.xml"), at=one) for one in places]
+    assert grouped(drawn)[1:] == ["  a.xml:7: Main, rung 1", "  a.xml:7: Main, rung 2 and 1 more"]
 
 
 def test_errors_of_the_sources_come_first(tmp_path: Path, capsys: Captured) -> None:

@@ -35,8 +35,6 @@ _BLOCKS = sorted(set(library().edge) & set(SCENARIOS))
         "FB_ProgramStop",
         "FB_ReturnToOrigin",
         "FB_AutoStart",
-        "FB_PointBackup",
-        "FB_ServoOn",
         "FB_MovePtp",
         "FB_EmergencyStop",
         "FB_PickPlace",

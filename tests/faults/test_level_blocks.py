@@ -88,6 +88,7 @@ def test_every_level_block_has_a_scenario() -> None:
 _BLOCKS = sorted(set(library().level) & set(LEVELS))
 
 
+@pytest.mark.exhaustive(but=["FB_AutoMode", "FB_Jog", "FB_Override", "FB_ToolPosition"])
 @pytest.mark.parametrize("block", _BLOCKS)
 def test_a_level_block_recovers_from_each_fault(block: str) -> None:
     """The block recovers from each fault, which begins in scan 3.

@@ -91,6 +91,9 @@ def _judge(place: int, what: str, after: str, **kind: Any) -> None:
     assert 1 <= bench.delivered <= (2 if told else 1), f"{found}, {bench.told}"
 
 
+@pytest.mark.exhaustive(
+    but=["called twice", "early", "refused", "lost-done", "time-out", "power cycle", "link loss"]
+)
 @pytest.mark.parametrize("what", _DISTURBANCES)
 def test_each_disturbance_at_each_command_neither_drops_nor_doubles_a_part(what: str) -> None:
     """The hand opens only at the target, and Done means a delivered part.

@@ -10,6 +10,7 @@ import pytest
 
 from alone import Alone
 from both_engines import ENGINES
+from for_each import for_each
 
 _TARGET = [100.0, 200.0, 50.0, -90.0]
 
@@ -135,10 +136,10 @@ def test_tolerances_are_not_below_0(pin: str, value: float, wrong: bool) -> None
     assert point["Valid"] is (not wrong)
 
 
-@pytest.mark.parametrize("pin", ["PositionMm", "TargetMm"])
-@pytest.mark.parametrize("k", range(5))
-@pytest.mark.parametrize(
-    ("value", "wrong"),
+@for_each("pin", ["PositionMm", "TargetMm"])
+@for_each("k", range(5))
+@for_each(
+    "value, wrong",
     [(_EDGE, False), (-_EDGE, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_illegal_coordinates_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:

@@ -13,6 +13,7 @@ import pytest
 
 from alone import Alone
 from both_engines import ENGINES
+from for_each import for_each
 from rcx_harness.robot.kinematics import UnreachableError
 from scara_poses import Pose
 
@@ -176,10 +177,10 @@ def test_growth_is_half_at_best_and_100_at_worst(value: float, wrong: bool) -> N
     assert (data1, data2) == pytest.approx((0 if wrong else 30, 0), abs=1e-4)
 
 
-@pytest.mark.parametrize("pin", [0, 1])
-@pytest.mark.parametrize("k", range(6))
-@pytest.mark.parametrize(
-    ("value", "wrong"),
+@for_each("pin", [0, 1])
+@for_each("k", range(6))
+@for_each(
+    "value, wrong",
     [(8191.9985, False), (-8191.9985, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_illegal_coordinates_are_refused(pin: int, k: int, value: float, wrong: bool) -> None:

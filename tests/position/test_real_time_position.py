@@ -69,7 +69,7 @@ def test_after_enabling_the_position_comes_from_the_words(plc: PlcBench) -> None
 
 
 @pytest.mark.parametrize("lost", ["link", "CPU_OK"])
-@pytest.mark.parametrize("held", [False, True])
+@pytest.mark.parametrize("held", [pytest.param(False, marks=pytest.mark.exhaustive), True])
 def test_after_a_loss_the_words_are_ignored_until_the_output_is_enabled_again(
     plc: PlcBench, lost: str, held: bool
 ) -> None:

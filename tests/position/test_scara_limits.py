@@ -7,6 +7,7 @@ from typing import Any
 
 import pytest
 
+from for_each import for_each
 from scara_bench import UNIT, forward, inverse, scara
 
 _NAN = math.nan
@@ -99,8 +100,8 @@ _WRONG: list[tuple[dict[str, Any], bool]] = [
 ]
 
 
-@pytest.mark.parametrize("name", ["Forward", "Inverse"])
-@pytest.mark.parametrize(("arm", "wrong"), _WRONG, ids=str)
+@for_each("name", ["Forward", "Inverse"])
+@for_each("arm, wrong", _WRONG)
 def test_an_impossible_arm_is_refused(name: str, arm: dict[str, Any], wrong: bool) -> None:
     """Axes 5 and 6 are ignored. Source: comments of RCX_SCARA; docs/how-to/position.md."""
     if name == "Forward":

@@ -12,6 +12,7 @@ import pytest
 
 from alone import Alone
 from both_engines import ENGINES
+from for_each import for_each
 from rcx_harness.robot.geometry import Frame
 
 _ORIGIN = [100.0, 200.0, 50.0, 30.0]
@@ -135,10 +136,10 @@ def test_what_is_wrong_with_an_input_is_said_before_what_is_wrong_with_the_point
     assert _shift([9000.0], [9000.0])[1] == 0x8047
 
 
-@pytest.mark.parametrize("pin", ["Origin", "AlongX"])
-@pytest.mark.parametrize("k", range(6))
-@pytest.mark.parametrize(
-    ("value", "wrong"),
+@for_each("pin", ["Origin", "AlongX"])
+@for_each("k", range(6))
+@for_each(
+    "value, wrong",
     [(8191.9985, False), (-8191.9985, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_illegal_coordinates_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:

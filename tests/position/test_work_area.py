@@ -13,6 +13,7 @@ import pytest
 
 from area_blocks import WorkArea
 from both_engines import ENGINES
+from for_each import for_each
 
 _ON_BOTH = pytest.mark.parametrize("engine", ENGINES)
 _BOX: dict[str, Any] = {"Corner1": [100.0, 200.0, 300.0], "Corner2": [200.0, 400.0, 600.0]}
@@ -107,10 +108,10 @@ def test_sizes_are_not_below_0(pin: str, value: float, wrong: bool) -> None:
     assert area["Valid"] is (not wrong)
 
 
-@pytest.mark.parametrize("pin", ["PositionMm", "Corner1", "Corner2"])
-@pytest.mark.parametrize("k", range(4))
-@pytest.mark.parametrize(
-    ("value", "wrong"),
+@for_each("pin", ["PositionMm", "Corner1", "Corner2"])
+@for_each("k", range(4))
+@for_each(
+    "value, wrong",
     [(_EDGE, False), (-_EDGE, False), (8192.5, True), (-8192.5, True), (math.nan, True)],
 )
 def test_illegal_coordinates_are_refused(pin: str, k: int, value: float, wrong: bool) -> None:

@@ -217,10 +217,8 @@ _CASES = [(block, seed) for block in sorted(RULES) for seed in range(_RUNS.get(b
 
 @pytest.mark.exhaustive(
     but=[
-        *("FB_AlarmReset-0", "FB_AutoStart-0", "FB_EmergencyStop-0", "FB_PowerUp-0"),
-        "FB_ProgramContinue-0",
-        *("FB_ProgramReset-0", "FB_ProgramStop-0", "FB_ReturnToOrigin-0", "FB_ServoOn-0"),
-        "FB_ServoOnFromEmergencyStop-0",
+        *("FB_AutoStart-0", "FB_EmergencyStop-0", "FB_PowerUp-0", "FB_ProgramContinue-0"),
+        *("FB_ReturnToOrigin-0", "FB_ServoOnFromEmergencyStop-0"),
     ]
 )
 @pytest.mark.parametrize(("block", "seed"), _CASES)

@@ -13,6 +13,7 @@ from itertools import combinations, product
 import pytest
 
 import second_reading
+from for_each import for_each
 from rcx_harness import spec
 from rcx_harness.spec.telegram import WORDS
 from second_reading import Legal, Place, Reading, Row
@@ -39,7 +40,7 @@ every_command = pytest.mark.parametrize(
 some_commands = pytest.mark.exhaustive(but=[f"{code:03X}" for code in list(READINGS)[::3]])
 
 
-@every_command
+@for_each("reading", READINGS.values())
 def test_the_reading_has_each_bit_exactly_once(reading: Reading) -> None:
     """The second reading has each bit exactly once.
 
@@ -69,7 +70,7 @@ def test_the_codes_are_those_of_the_sections() -> None:
     assert len(codes) == 116
 
 
-@every_command
+@for_each("reading", READINGS.values())
 def test_robot_designation_and_section_are_those_of_the_commands_table(reading: Reading) -> None:
     """A command has a robot designation if its own table has that row.
 
@@ -86,7 +87,7 @@ def test_robot_designation_and_section_are_those_of_the_commands_table(reading: 
     assert not wrong, f"{reading}: in the spec, {wrong} in the section"
 
 
-@every_command
+@for_each("reading", READINGS.values())
 def test_fields_are_the_rows_of_the_commands_tables(reading: Reading) -> None:
     """Each row of a table is a field with the same bits and the same kind of number.
 

@@ -12,6 +12,7 @@ from typing import Any
 
 import pytest
 
+from for_each import for_each
 from pin_reading import PinRow, Pins, every_block, every_enumeration
 from plc_bench import LIBRARY
 from rcx_harness import spec
@@ -87,7 +88,7 @@ def test_each_type_of_the_library_has_its_members_and_their_meanings(name: str) 
     assert not wrong, f"{name}:\n  " + "\n  ".join(wrong)
 
 
-@every_block_of_the_reading
+@for_each("block", every_block().values())
 def test_each_member_selects_the_command_of_its_section(block: Pins) -> None:
     """Each member of a selector type selects the command of its section.
 
@@ -138,7 +139,7 @@ def test_the_inputs_and_their_defaults_are_those_of_the_reading(block: Pins) -> 
     assert not wrong, f"{block}:\n  " + "\n  ".join(wrong)
 
 
-@every_block_of_the_reading
+@for_each("block", every_block().values())
 def test_the_ranges_in_the_comments_of_the_pins_are_those_of_the_sections(block: Pins) -> None:
     """A range in the comment of a pin is the range of its section.
 
@@ -230,7 +231,7 @@ def _default(initial: object, kind: str) -> str:
     return empty.get(kind, "0")
 
 
-@pytest.mark.parametrize("number", range(len(MEANINGS)), ids=[_place(one) for one in MEANINGS])
+@for_each("number", range(len(MEANINGS)))
 def test_each_value_of_a_field_means_what_the_commands_table_says(number: int) -> None:
     """Each value of a field has the meaning that the table of the command gives.
 
@@ -274,7 +275,7 @@ def _fields(command: Command) -> Iterator[tuple[str, Field]]:
             yield f"{side}+{field.at}{low}", field
 
 
-@pytest.mark.parametrize("code", load_toml(FOLDER / "pins/commands.toml"))
+@for_each("code", load_toml(FOLDER / "pins/commands.toml"))
 def test_each_code_is_the_command_of_the_list(code: str) -> None:
     """Source: remote command guide 4.2 to 4.9, lists and sections."""
     command = spec.commands()[int(code, 16)]

@@ -6,8 +6,7 @@ import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
-import pytest
-
+from for_each import for_each
 from pin_reading import every_block, refused_with
 from rcx_harness import spec
 from rcx_tools.library.tables import library
@@ -43,7 +42,7 @@ def test_each_alarm_has_the_name_cause_and_remedy_of_the_manual() -> None:
     assert not wrong, "\n".join(wrong)
 
 
-@pytest.mark.parametrize("name", every_block())
+@for_each("name", every_block())
 def test_each_kind_of_illegal_pin_value_has_its_error_id(name: str) -> None:
     """Each kind of illegal pin value has its ErrorID. All values of RCX_RETURN_AXES are legal.
 

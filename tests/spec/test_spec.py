@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from for_each import for_each
 from rcx_harness import spec
 from structured_text.errors import InputError
 
@@ -235,9 +236,9 @@ def _text_words(first: tuple[int, ...], at: int, raw: bytes) -> list[int]:
     return [int.from_bytes(area[k : k + 2], "little") for k in range(0, 32, 2)]
 
 
-@pytest.mark.parametrize("name", _NAMED)
-@pytest.mark.parametrize(
-    ("text", "told"),
+@for_each("name", _NAMED)
+@for_each(
+    "text, told",
     [
         (b"MAIN".ljust(16), ""),
         (b"MAIN".ljust(16, b"\0"), ""),

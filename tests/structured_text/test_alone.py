@@ -6,6 +6,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 _SUPPORT = Path(__file__).parents[1] / "support"
 _EVERY_MODULE = """
 import sys
@@ -25,6 +27,7 @@ except ModuleNotFoundError:
 """
 
 
+@pytest.mark.exhaustive
 def test_every_module_is_imported_where_the_harness_cannot_be() -> None:
     """Every module of the toolkit can be imported without rcx_harness.
 

@@ -15,6 +15,7 @@ Graph = Mapping[str, frozenset[str]]
 _NO_PART = "new/template"
 
 _BY_NAME = ("setattr", "delattr", "getattr", "hasattr", "attrgetter", "patch", "object")
+_CALLS_BY_NAME = re.compile(rf"\b({'|'.join(_BY_NAME)})\s*\(")
 _PRIVATE = re.compile(r"([A-Za-z]\w*\.)*_[A-Za-z]\w*(\.\w+)*")
 
 
@@ -58,13 +59,21 @@ def imports(*packages: Path) -> Graph:
 def _named(file: Path, module: str) -> Iterator[str]:
     """Return everything that a file imports, with its full name."""
     package = module if file.stem == "__init__" else module.rpartition(".")[0]
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+    for node in _statements(ast.parse(file.read_text(encoding="utf-8"))):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names)
         elif isinstance(node, ast.ImportFrom):
             above = package.rsplit(".", node.level - 1)[0] if node.level else ""
             start = ".".join(filter(None, (above, node.module)))
             yield from (f"{start}.{alias.name}" for alias in node.names)
+
+
+def _statements(node: ast.AST) -> Iterator[ast.AST]:
+    """Return all statements below a node. Expressions, the larger part of a tree, are left out."""
+    for child in ast.iter_child_nodes(node):
+        if not isinstance(child, (ast.expr, ast.expr_context, ast.arguments)):
+            yield child
+            yield from _statements(child)
 
 
 def room_graph(graph: Graph) -> Graph:
@@ -110,10 +119,12 @@ def private_names(text: str) -> set[str]:
     Names after a dot, as in `thing._name`, are reported by ruff (SLF).
     """
     found: set[str] = set()
-    for node in ast.walk(ast.parse(text)):
+    tree = ast.parse(text)
+    for node in _statements(tree):
         if isinstance(node, (ast.Import, ast.ImportFrom)):
             found |= {alias.name for alias in node.names}
-        elif isinstance(node, ast.Call):
+    for node in ast.walk(tree) if _CALLS_BY_NAME.search(text) else ():
+        if isinstance(node, ast.Call):
             called = getattr(node.func, "attr", getattr(node.func, "id", ""))
             texts = [one.value for one in node.args[:2] if isinstance(one, ast.Constant)]
             if called in _BY_NAME:

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from pathlib import Path
-from xml.etree import ElementTree
 
 import pytest
 
+from junit_files import junit_root
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.app import main
 from rcx_harness.testing.suites import FRAMEWORK
@@ -365,7 +365,7 @@ def test_the_command_prints_failures_writes_junit_and_exits_with_1(
         "2 suites, 2 tests: 1 passed, 1 failed, 0 skipped; 4 scans in 15 ms of virtual time",
         "written: found.xml",
     ]
-    root = ElementTree.parse("found.xml").getroot()
+    root = junit_root(Path("found.xml"))
     assert (root.get("tests"), root.get("failures"), root.get("errors")) == ("2", "1", "0")
     case = root.findall(".//testcase")[1]
     assert (case.get("classname"), case.get("name")) == ("Main.Quick", "Quick")
@@ -388,7 +388,7 @@ def test_a_suite_that_never_finishes_is_given_up_with_a_message(
     assert lines[0] == "UNFINISHED Main.Some.For ever"
     assert lines[1].endswith("suite.st:3: has begun here and not finished")
     assert lines[2] == "given up after 100 scans (1000 ms of virtual time); --for gives more"
-    case = ElementTree.parse(tmp_path / "j.xml").getroot().find(".//testcase/error")
+    case = junit_root(tmp_path / "j.xml").find(".//testcase/error")
     assert case is not None
     assert "given up after 100 scans" in str(case.get("message"))
 
@@ -477,7 +477,7 @@ def test_an_error_at_run_time_ends_its_test_and_no_other(
         "3 suites, 10 tests: 3 passed, 6 failed, 1 skipped; 4 scans in 30 ms of virtual time",
         "written: j.xml",
     ]
-    root = ElementTree.parse("j.xml").getroot()
+    root = junit_root(Path("j.xml"))
     assert (root.get("errors"), root.get("failures")) == ("6", "0")
     assert main(["test", "suite.st", "--only", "Good", "--only", "Lasts"]) == 1
     assert "FAILED Main.Methods.Prepares" in capsys.readouterr().out

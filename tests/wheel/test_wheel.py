@@ -7,10 +7,14 @@ installs it into an empty environment, which needs a package index and some minu
 from __future__ import annotations
 
 import os
+import re
 import subprocess
 import sys
 import venv
+from email import message_from_bytes
+from importlib.metadata import version
 from pathlib import Path
+from shutil import which
 from zipfile import ZipFile
 
 import pytest
@@ -84,6 +88,55 @@ def test_the_wheel_has_only_the_packages_that_users_need(wheel: Path) -> None:
         "structured_text_names.py",
     }
     assert b"rcx_tools" not in told
+    assert b"rcx-harness = rcx_harness.cli.start:main" in told, "for pipx run rcx-harness"
+
+
+def test_both_packages_have_the_mark_that_they_are_typed(wheel: Path) -> None:
+    """Source: PEP 561."""
+    with ZipFile(wheel) as archive:
+        assert {"rcx_harness/py.typed", "structured_text/py.typed"} <= set(archive.namelist())
+
+
+def test_the_description_explains_each_extra_and_has_no_links(wheel: Path) -> None:
+    """A relative link would lead nowhere on the page of a package index."""
+    with ZipFile(wheel) as archive:
+        name = next(one for one in archive.namelist() if one.endswith("METADATA"))
+        metadata = message_from_bytes(archive.read(name))
+    assert metadata["Description-Content-Type"] == "text/markdown"
+    description = str(metadata.get_payload())
+    assert "](" not in description
+    extras = set(metadata.get_all("Provides-Extra", [])) - {"dev"}
+    assert set(re.findall(r"^\| `(\w+)` \|", description, re.MULTILINE)) == extras
+
+
+def test_the_page_about_extras_agrees_with_the_description(repository: Path) -> None:
+    """Source: docs/reference/platforms.md, extras."""
+    rows = [
+        re.findall(r"^\| `\w+` \| .*", re.sub(r"\[(.*?)\]\(.*?\)", r"\1", text), re.MULTILINE)
+        for text in (
+            (repository / "harness/README.md").read_text(encoding="utf-8"),
+            (repository / "docs/reference/platforms.md").read_text(encoding="utf-8"),
+        )
+    ]
+    assert rows[0] == rows[1]
+    assert len(rows[0]) == 8
+
+
+@pytest.mark.skipif(which("git") is None, reason="needs git")
+def test_a_tag_of_this_commit_names_the_version(repository: Path) -> None:
+    """A commit without a tag has nothing to compare.
+
+    Source: CONTRIBUTING.md, make a release
+    """
+    done = subprocess.run(
+        ["git", "tag", "--points-at", "HEAD"],
+        cwd=repository,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    tags = [tag for tag in done.stdout.split() if re.match(r"v\d", tag)]
+    assert tags in ([], [f"v{version('rcx-harness')}"])
 
 
 @pytest.mark.exhaustive
@@ -145,8 +198,8 @@ def test_installed_by_pip_into_an_empty_environment_all_commands_work(
     rcx, cell = str(programs / "rcx"), tmp_path / "cell"
     _call([rcx, "new", "cell"], tmp_path, environment)
     pytest_in_it = [str(programs / "python"), "-m", "pytest"]
-    assert "13 passed" in _call(pytest_in_it, cell, environment)
-    assert "13 passed" in _call([*pytest_in_it, "-n", "2"], cell, environment)
+    assert "19 passed" in _call(pytest_in_it, cell, environment)
+    assert "19 passed" in _call([*pytest_in_it, "-n", "2"], cell, environment)
     _call([rcx, "check", "plc"], cell, environment)
     named = ["--robot", "robot.toml", "--stimulus", "stimulus.toml", "--for", "2s"]
     _call([rcx, "run", "plc", *named], cell, environment)
@@ -157,6 +210,7 @@ def test_installed_by_pip_into_an_empty_environment_all_commands_work(
     _call([rcx, "eds", "out/robot.eds"], cell, environment)
     _call([rcx, "encode", "MovePtp", "point=19"], cell, environment)
     _call([rcx, "demo"], cell, environment)
+    _call([str(programs / "rcx-harness"), "demo", "-o", "out/again"], cell, environment)
     for command in ("serve", "scan", "new", "export"):
         _call([rcx, command, "--help"], cell, environment)
     failing = cell / "tests" / "test_failing.py"

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import gc
+import os
 import sys
 from collections.abc import Sequence
 from importlib import import_module
@@ -13,7 +14,7 @@ from typer.core import TyperCommand, TyperGroup
 
 from structured_text.errors import InputError, OutputError, refused
 
-__all__ = ["COMMANDS", "OPTION_PANELS", "PANELS", "Later", "app", "home_of", "main"]
+__all__ = ["COMMANDS", "COMPLETE", "OPTION_PANELS", "PANELS", "Later", "app", "home_of", "main"]
 
 #: The panels of `rcx --help` in their order, and the commands of each panel with the first
 #: sentences of their docstrings. If a command's module has an `EPILOG`, it is the end of the help.
@@ -33,6 +34,15 @@ PANELS = {
         ),
         "debug": (
             "Debug a program in an editor, forwards and backwards, by the Debug Adapter Protocol."
+        ),
+        "mcp": (
+            "Serve check, run, prove and more to an assistant, by the Model Context Protocol (MCP)."
+        ),
+        "format": (
+            "Format ST files in the layout of the library: indentation, spaces, columns, capitals."
+        ),
+        "lsp": (
+            "Show mistakes while you type, in an editor that knows the Language Server Protocol."
         ),
         "import": "Write the Structured Text of a project as .st files, one for each declaration.",
         "export": (
@@ -93,14 +103,19 @@ PANELS = {
         "encode": "Print the telegram of a remote command, in words and in plain language.",
         "decode": "Explain the words of a telegram.",
         "view": "Write a recording as one page of HTML, which works without a network.",
+        "completion": (
+            "Print the script that completes commands, options and choices in your shell."
+        ),
     },
 }
 COMMANDS = {name: first for commands in PANELS.values() for name, first in commands.items()}
 #: Maps a command to its module and function, if these do not have the name of the command.
 _HOMES = {
     "import": ("import_", "import_"),
+    "format": ("format_", "format_"),
     "encode": ("codec", "encode"),
     "decode": ("codec", "decode"),
+    "mcp": ("mcp_", "mcp_"),
     "test": ("test_", "test_"),
 }
 
@@ -121,9 +136,14 @@ OPTION_PANELS = {
 
 _HINT_EMPTY = "a variable of the shell may not be set; . is the current folder"
 
+#: The environment variable by which the script of `rcx completion` asks for completions.
+COMPLETE = "_RCX_COMPLETE"
+
 _SETTINGS: dict[str, Any] = {
     "rich_markup_mode": "markdown",
     "pretty_exceptions_enable": False,
+    # The options of typer for completion change start files of the user's shell.
+    # `rcx completion` only prints the script.
     "add_completion": False,
     "context_settings": {"help_option_names": ["--help", "-h"]},
 }
@@ -265,8 +285,13 @@ def main(args: Sequence[str] | None = None) -> int:
     Returns:
         The exit code: 0, 1 or 2. Bad input is one line on stderr.
     """
+    if os.environ.get(COMPLETE):
+        from typer.completion import get_completion_inspect_parameters
+
+        get_completion_inspect_parameters()  # registers the shells
     try:
-        app(args=_with_command(sys.argv[1:] if args is None else args))
+        given = _with_command(sys.argv[1:] if args is None else args)
+        app(args=given, complete_var=COMPLETE)
     except InputError as error:
         print(f"rcx: {error}", file=sys.stderr)
         return error.exit_code

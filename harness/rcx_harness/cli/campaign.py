@@ -15,6 +15,7 @@ from rich.console import Console
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli.cell_options import CellOptions
 from rcx_harness.cli.farm import FarmOptions, WorkersOrNone
+from rcx_harness.cli.junit_option import Junit, junit_file, seed_case
 from rcx_harness.cli.options import counted, with_options
 from rcx_harness.verify.fingerprint import fingerprint
 from rcx_harness.verify.storm.campaign import Explained, Seed, Storms, classes, storms
@@ -26,6 +27,7 @@ from rcx_harness.verify.storm.saved_results import saved_results
 from rcx_harness.verify.storm.written import check_folder, command, file_name, forget, write
 from structured_text.errors import InputError
 from structured_text.farm import ResultFile
+from structured_text.output.junit import JunitSuite
 
 __all__ = ["VerifyOptions", "campaign", "write_replay"]
 
@@ -77,6 +79,7 @@ class CampaignOptions(VerifyOptions):
     out: Annotated[Path, typer.Option(help="Folder for results and replays.")] = Path(
         "out/campaign"
     )
+    junit: Junit = None
 
 
 @with_options(CampaignOptions)
@@ -90,6 +93,8 @@ def campaign(options: CampaignOptions) -> None:
     Exit code: 0 if no seed fails, 1 if a seed fails, 2 on bad input.
     """
     check_folder(options.out)
+    read = [*options.files, *(options.robot or ()), *(options.properties or ())]
+    junit = junit_file(options.junit, None, [*read, *filter(None, [options.stimulus])])
     of = options.cells(options.stimulus)
     cells = of.make()
     cell = cells.cell(options.seed_from)
@@ -101,6 +106,7 @@ def campaign(options: CampaignOptions) -> None:
     farm = options.farm(Console(stderr=True))
     kept = options.results(of, options.out)
     work, failing = Storms(of), dict[str, list[tuple[int, int]]]()
+    ran = dict[int, Seed]()  # for the JUnit file only
     total, reached = Seed({}, 0, 0, 0), set[Line]()
     seeds = range(options.seed_from, options.seed_from + options.seeds)
     try:
@@ -112,6 +118,8 @@ def campaign(options: CampaignOptions) -> None:
                 total.acts + result.acts,
             )
             reached.update(result.lines)
+            if junit.wanted:
+                ran[seed] = result
             for kind, (t_us, _) in result.failures.items():
                 failing.setdefault(kind, []).append((t_us, seed))
         found = classes(farm, work, failing, kept)
@@ -124,7 +132,10 @@ def campaign(options: CampaignOptions) -> None:
     )
     for one in unreached_lines(cell, reached):
         print(one)
-    _tell(options, cells, found)
+    replays = _tell(options, cells, found)
+    cases = [seed_case(seed, one.virtual_us, one.failures, replays) for seed, one in ran.items()]
+    junit.write([JunitSuite("campaign", cases, total.virtual_us / 1e6)], total.virtual_us / 1e6)
+    junit.say()
     if failing:
         raise typer.Exit(1)
 
@@ -142,10 +153,17 @@ def _say_what_is_missing(cells: Cells) -> None:
         print(f"no {one}")
 
 
-def _tell(options: CampaignOptions, cells: Cells, found: Sequence[tuple[str, Explained]]) -> None:
+def _tell(
+    options: CampaignOptions, cells: Cells, found: Sequence[tuple[str, Explained]]
+) -> dict[tuple[str, int], str]:
+    """Print the classes of failures, and write a replay of each.
+
+    Return the command of the replay by kind of failure and seed.
+    """
+    commands: dict[tuple[str, int], str] = {}
     if not found:
         print("nothing failed")
-        return
+        return commands
     names: list[str] = []
     print(f"{len(found)} class{'es' if len(found) > 1 else ''} of failures")
     for kind, one in found:
@@ -157,13 +175,16 @@ def _tell(options: CampaignOptions, cells: Cells, found: Sequence[tuple[str, Exp
         print(f"  {one.replay.told}")
         print(f"  needs: {', '.join(one.causes) or 'nothing but the start'}")
         names.append(file_name(kind, names))
-        write_replay(options, cells, one.replay, options.out, names[-1])
+        again = write_replay(options, cells, one.replay, options.out, names[-1])
+        commands |= {(kind, seed): again for seed in one.seeds}
+    return commands
 
 
-def write_replay(
-    options: VerifyOptions, cells: Cells, one: Replay, folder: Path, name: str
-) -> None:
-    """Write the shortest run of a class as a stimulus, replay it, and print the command for it."""
+def write_replay(options: VerifyOptions, cells: Cells, one: Replay, folder: Path, name: str) -> str:
+    """Write the shortest run of a class as a stimulus, and replay it.
+
+    Print the command that replays it, and return the command.
+    """
     file = folder / f"{name}.toml"
     write(folder, {file.name: one.text})
     came = replay(cells, one, Stimulus.load(file))
@@ -174,6 +195,8 @@ def write_replay(
     ):
         words += [f"--properties {file}" for file in options.properties or ()]
     again = {one.kind, "expect"}.intersection(came.found)
-    print(f"  {command(one, words, file)}")
+    told = command(one, words, file)
+    print(f"  {told}")
     shown = f"{file} ({counted(one.lines, 'line')}), {file.with_suffix('.svg')}"
     print(f"  {shown}" if again else f"  {shown}; the replay did NOT fail")
+    return told

@@ -13,7 +13,15 @@ from typing import Annotated, Any
 import typer
 
 from rcx_harness.cell import Cell
-from rcx_harness.cli.options import Device, Dialect, Lib, Replace, Sources, replacements
+from rcx_harness.cli.options import (
+    Device,
+    Dialect,
+    Lib,
+    Replace,
+    Sources,
+    choices,
+    replacements,
+)
 from structured_text.bench.agenda import Duration
 
 __all__ = ["CellOptions"]
@@ -34,8 +42,19 @@ class CellOptions:
     scan: Annotated[
         str | None, typer.Option(help="Period of the PLC. Default: its task's interval, or 10ms.")
     ] = None
-    engine: Annotated[str, typer.Option(help="auto, matiec, builtin or strucpp.")] = "auto"
-    link: Annotated[str, typer.Option(help="direct, or enip: real EtherNet/IP.")] = "direct"
+    engine: Annotated[
+        str,
+        typer.Option(
+            help="auto, matiec, builtin or strucpp.",
+            autocompletion=choices("auto", "matiec", "builtin", "strucpp"),
+        ),
+    ] = "auto"
+    link: Annotated[
+        str,
+        typer.Option(
+            help="direct, or enip: real EtherNet/IP.", autocompletion=choices("direct", "enip")
+        ),
+    ] = "direct"
     size: Annotated[
         int | None, typer.Option(help="Bytes of the areas, 48 or 256. Default: the robot's, 48.")
     ] = None
@@ -66,7 +85,11 @@ class CellOptions:
         str, typer.Option(help="zero, random, or e.g. scan=3ms,to_robot=1ms,to_plc=2ms,cycle=1ms.")
     ] = "zero"
     on_loss: Annotated[
-        str, typer.Option(help="The PLC's inputs without a link: hold or clear.")
+        str,
+        typer.Option(
+            help="The PLC's inputs without a link: hold or clear.",
+            autocompletion=choices("hold", "clear"),
+        ),
     ] = "hold"
 
     def of_cell(self) -> dict[str, Any]:

@@ -27,16 +27,16 @@ from rcx_harness.cli.options import (
     Replace,
     Sources,
     counted,
+    interval_us,
     replacements,
 )
-from rcx_harness.watch.calls_source import call_findings
-from rcx_harness.watch.first_mistakes import first_mistakes
-from rcx_harness.watch.image_source import image_use
+from rcx_harness.cli.refused_text import grouped
+from rcx_harness.watch.source_findings import source_findings
 from structured_text.errors import InputError, legible
 from structured_text.export.refused import Tool, refused, tools
 from structured_text.language.checked import analysed, load
 from structured_text.language.load import first_errors
-from structured_text.language.portability import LintFinding, lint, unportable
+from structured_text.language.portability import LintFinding, lint
 from structured_text.language.project import Project
 from structured_text.language.unread import unread_bodies
 from structured_text.output.files import replace_files
@@ -66,11 +66,18 @@ def check(
     ] = None,
     tool: Annotated[
         str | None,
-        typer.Option("--for", help=f"Also list what this tool refuses: {', '.join(tools())}."),
+        typer.Option(
+            "--for",
+            help=f"List what this tool refuses: {', '.join(tools())}.",
+            autocompletion=lambda: [(name, one.title) for name, one in tools().items()],
+        ),
     ] = None,
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with 1 on warnings and uncertain refusals, too.")
     ] = False,
+    rpi: Annotated[
+        str, typer.Option(help="Packet interval, for warnings of pins Timeout and Margin.")
+    ] = "10ms",
     json_file: JsonFile = None,
     sarif: Annotated[
         Path | None,
@@ -80,7 +87,8 @@ def check(
     """Check ST sources: syntax, types, portability, calls; also with matiec if it is installed.
 
     Each block of a robot must be called once per scan, between FB_ReadArea and FB_WriteArea. Common
-    first mistakes, such as a pin Connected that is not wired, are warnings.
+    first mistakes, such as a pin Connected that is not wired, are warnings; each names the section
+    of docs/how-to/first-mistakes.md that explains it.
 
     Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
     statements, blocks, labels, ports and tasks.
@@ -88,8 +96,8 @@ def check(
     With --stubs DIR the command writes the interface of each type, block and function of a library
     that is not given, as far as your files show it, and checks your files with these interfaces.
 
-    With --for NAME the command also lists what this PLC tool refuses in your files, and what it
-    may refuse because no public document answers the question.
+    With --for NAME the command lists the kinds of constructs that this PLC tool refuses in your
+    files, and those that it may refuse because no public document answers the question.
 
     Exit code: 0 if there are at most warnings, 1 if a rule of the library or of its calls is broken
     or the tool of --for is known to refuse something, 2 on an error in the sources.
@@ -102,6 +110,7 @@ def check(
         raise InputError("--stubs and --lint exclude each other")
     if json_file is not None and json_file == sarif:
         raise InputError("--json and --sarif name the same file", file=sarif)
+    rpi_us = interval_us("--rpi", rpi)
     written = JsonOutput(json_file, JSON_BEGINNING, files or ())
     log = JsonOutput(sarif, SARIF_BEGINNING, files or ())
     findings: list[Finding] = []
@@ -117,7 +126,8 @@ def check(
             if summary:
                 print(summary)
         if (summary or not programs) and (others or not programs):
-            given = _Given(others or files, lib, replace, dialect, device, lint_only, stubs, tool)
+            named = others or files
+            given = _Given(named, lib, replace, dialect, device, lint_only, stubs, tool, rpi_us)
             found, summary = _checked(given)
             findings += found
             if summary:
@@ -146,6 +156,7 @@ class _Given(NamedTuple):
     lint_only: bool
     stubs: Path | None
     tool: str | None
+    rpi_us: int
 
 
 def _checked(given: _Given) -> tuple[list[Finding], str]:
@@ -174,27 +185,21 @@ def _checked(given: _Given) -> tuple[list[Finding], str]:
     if given.tool is not None and project is not None:
         program = None if given.replace else given.files
         return _refused(tools()[given.tool], sources, project, program)
-    users, library = sources.users
     prefix = library_names(lib).prefix
-    checked = lint(sources.own, library, sources.lib, binding=lint_only, prefix=prefix)
-    found = [(finding, "portability") for finding in checked]
     faulty: list[Place] = []
-    if not lint_only:
-        calls, images = call_findings(users, library), image_use(users, library).findings
-        for called, rule in ((calls, "call-order"), (images, "process-image")):
-            found += [
-                (LintFinding(one.file, one.at, one.text, one.certain), rule) for one in called
-            ]
-        mistakes = first_mistakes(users, library)
-        found += [(LintFinding(*one, strict=False), "first-mistake") for one in mistakes]
-        uses = unportable(project.uses if project else (), library)
-        found += [(finding, "one-engine") for finding in uses]
+    if lint_only:
+        _, library = sources.users
+        checked = lint(sources.own, library, sources.lib, binding=True, prefix=prefix)
+        found = [(finding, "portability") for finding in checked]
+    else:
+        assert project is not None
         faulty = _faults(project)
-        found += [
+        faults = [
             (LintFinding(one.file, one.at, one.text, strict=False), "matiec-fault")
             for one in faulty
         ]
-        found = sorted(dict.fromkeys(found), key=lambda one: (str(one[0].file), one[0].at))
+        every = [*source_findings(sources, project, prefix, given.rpi_us), *faults]
+        found = sorted(dict.fromkeys(every), key=lambda one: (str(one[0].file), one[0].at))
     for finding, _ in found:
         print(legible(str(finding)))
     strict = sum(finding.strict for finding, _ in found)
@@ -239,8 +244,8 @@ def _refused(
 ) -> tuple[list[Finding], str]:
     """Print the constructs that a tool refuses or may refuse, and return them."""
     found = refused(tool, sources, project, program)
-    for one in found:
-        print(legible(str(one)))
+    for line in grouped(found):
+        print(legible(line))
     if tool.note:
         print(f"note: {tool.note}; rcx export {tool.export} writes them")
     certain = sum(one.certain for one in found)

@@ -20,8 +20,15 @@ __all__ = ["decode", "encode"]
 _WORDS = 16
 
 
+def _names() -> list[tuple[str, str]]:
+    """Return the names of all commands with their titles, for completion in a shell."""
+    return [(command.name, command.title) for command in spec.commands().values()]
+
+
 def encode(
-    name: Annotated[str, typer.Argument(help="Command, e.g. MovePtp or 16#0001.")],
+    name: Annotated[
+        str, typer.Argument(help="Command, e.g. MovePtp or 16#0001.", autocompletion=_names)
+    ],
     fields: Annotated[list[str] | None, typer.Argument(help="Fields, e.g. point=19.")] = None,
     robot: Annotated[
         int | None, typer.Option(help="Robot number R, 0 to 4. Default: from the code, or 0.")
@@ -77,7 +84,10 @@ def _check_effect(command: spec.Command, values: Mapping[str, spec.FieldValue]) 
 def decode(
     words: Annotated[list[str], typer.Argument(help="Words from n on, e.g. 16#0001 16#0004.")],
     response: Annotated[
-        str, typer.Option(help="The words are the response to this command (from m on).")
+        str,
+        typer.Option(
+            help="The words are the response to this command (from m on).", autocompletion=_names
+        ),
     ] = "",
 ) -> None:
     """Explain the words of a telegram."""

@@ -20,7 +20,13 @@ EPILOG = "Targets:\n\n" + "\n".join(f"- {name}: {one.about}" for name, one in TA
 
 
 def export(
-    target: Annotated[str, typer.Argument(help=f"One of: {', '.join(TARGETS)}.")],
+    target: Annotated[
+        str,
+        typer.Argument(
+            help=f"One of: {', '.join(TARGETS)}.",
+            autocompletion=lambda: [(name, one.about) for name, one in TARGETS.items()],
+        ),
+    ],
     program: Annotated[
         list[Path] | None, typer.Option(help="Add your ST file, or a folder of them.")
     ] = None,

@@ -18,6 +18,7 @@ from rich.table import Table
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.farm import FarmOptions
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
+from rcx_harness.cli.junit_option import Junit, junit_file, mutants_suite
 from rcx_harness.cli.options import Dialect, Lib, with_options
 from structured_text.coverage.output import check_fail_under
 from structured_text.errors import InputError
@@ -57,6 +58,7 @@ class Options(FarmOptions):
     )
     show: Annotated[int, typer.Option(help="Number of survivors to print; 0: all.", min=0)] = _SHOWN
     json_file: JsonFile = None
+    junit: Junit = None
     word: Annotated[list[str] | None, typer.Option(hidden=True)] = None
 
 
@@ -76,6 +78,7 @@ def mutants(given: Options) -> None:
     if given.minutes is not None and not given.minutes >= 0:
         raise InputError(f"--minutes is {given.minutes:g}", hint="give 0 or more")
     output = JsonOutput(given.json_file, _BEGINNING, [given.reasons])
+    junit = junit_file(given.junit, given.json_file, [given.reasons])
     _check_outputs(given)
     started = time.monotonic()
 
@@ -86,7 +89,8 @@ def mutants(given: Options) -> None:
     from structured_text.output.results import Results
 
     reasons = Reasons(given.reasons)
-    written = [given.json_file] if given.json_file is not None and not output.printed else []
+    outputs = [given.junit, None if output.printed else given.json_file]
+    written = [file for file in outputs if file is not None]
     sources, run = source_files(given.files, given.lib), PytestCommand.of(given.word, Path.cwd())
     work = UserMutants(sources, run, written)
     console = Console(stderr=True)
@@ -98,14 +102,17 @@ def mutants(given: Options) -> None:
         print(results.notice, file=sys.stderr)
     judging, farm = Judging(console, results, until), given.farm(console)
     try:
-        found = work.judged(tests, judging, farm, reasons)
+        verdicts = work.judged(tests, judging, farm, reasons)
     except KeyboardInterrupt:
         print(f"finished results are in {given.folder}; the same call continues")
         raise
+    found = verdicts.figures
     rows = given.folder / _ROWS
     write_rows(rows, found["survivors"])
+    junit.write([mutants_suite(verdicts)])
     with output.apart():
         _print(found, given.show or sys.maxsize, rows)
+        junit.say()
     output.write(f"{_BEGINNING}{json.dumps(found, indent=1)}}}\n")
     if found["score_without_reasons"] < percent:
         raise typer.Exit(1)

@@ -8,7 +8,9 @@ from typing import Annotated
 
 import typer
 
+from rcx_harness.cli.options import choices
 from rcx_harness.new import CI, new_project
+from rcx_harness.spec.robots import robot_models
 from rcx_harness.spec.wire import SIZE
 from structured_text.output.console import quoted
 
@@ -24,10 +26,16 @@ def new(
         str | None, typer.Option(help="Name of the cell. Default: name of the folder.")
     ] = None,
     size: Annotated[int, typer.Option(help="Bytes of the areas, 48 or 256.")] = SIZE,
-    ci: Annotated[str, typer.Option(help=f"CI files: {', '.join(CI)} or all.")] = "all",
+    ci: Annotated[
+        str,
+        typer.Option(help=f"CI files: {', '.join(CI)} or all.", autocompletion=choices(*CI, "all")),
+    ] = "all",
     robot: Annotated[
         str | None,
-        typer.Option(help="Model of the robot, as in docs/reference/robots.md: YK400XE ..."),
+        typer.Option(
+            help="Model of the robot, as in docs/reference/robots.md: YK400XE ...",
+            autocompletion=lambda: list(robot_models()),
+        ),
     ] = None,
 ) -> None:
     """Write a repository for a cell of your own: program, tests, virtual robot, CI files.

@@ -13,7 +13,7 @@ import typer
 
 from rcx_harness.cell.clock import LONGEST_RPI_US, SHORTEST_RPI_US
 from structured_text.errors import InputError
-from structured_text.language.dialects import using
+from structured_text.language.dialects import dialects, using
 from structured_text.output.reading import check_file
 from structured_text.output.units import parse_us
 
@@ -25,6 +25,7 @@ __all__ = [
     "Sources",
     "check_ipv4",
     "check_port",
+    "choices",
     "config_data",
     "config_instance",
     "counted",
@@ -38,6 +39,16 @@ __all__ = [
 
 #: Greatest number of digits that a port or an instance number can have.
 _DIGITS = 5
+
+
+def choices(*names: str) -> Callable[[], list[str]]:
+    """Return the function that gives a shell the choices of an option or argument."""
+    return lambda: list(names)
+
+
+def _dialects() -> list[tuple[str, str]]:
+    return list(dialects().items())
+
 
 #: The argument for the sources of a program.
 Sources = Annotated[
@@ -56,7 +67,8 @@ Dialect = Annotated[
     str | None,
     typer.Option(
         help="The PLC tool whose behaviour the program gets, such as codesys or tia. "
-        "Default: the tool of the project's format, or iec."
+        "Default: the tool of the project's format, or iec.",
+        autocompletion=_dialects,
     ),
 ]
 #: The option for the device of a project.

@@ -14,6 +14,7 @@ from rich.table import Table
 
 from rcx_harness.cell.sources import source_files
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
+from rcx_harness.cli.junit_option import Junit, junit_file, properties_suite
 from rcx_harness.cli.options import (
     Device,
     Dialect,
@@ -64,6 +65,7 @@ def prove(
         typer.Option(help="Not allowed, because a proof holds for every answer of the robot."),
     ] = None,
     json_file: JsonFile = None,
+    junit: Junit = None,
 ) -> None:
     """Prove properties of a program for every run, every answer of the robot and every input.
 
@@ -83,6 +85,7 @@ def prove(
     replaced = replacements(replace)
     sources = source_files(list(files), lib, replaced, dialect, device)
     written = JsonOutput(json_file, _BEGINNING, sources.all)
+    report = junit_file(junit, json_file, sources.all)
     try:
         from rcx_harness.verify.prove.user import Settings
         from rcx_harness.verify.prove.user import prove as prove_program
@@ -112,8 +115,10 @@ def prove(
         )
         with using(dialect):
             results, inputs = prove_program(files, settings)
+    report.write([properties_suite(results)])
     with written.apart():
         _print(results, [*inputs, *([] if no_robot else ["and the robot"])])
+        report.say()
     rows = json.dumps([asdict(one) for one in results], indent=1)
     written.write(f'{_BEGINNING}{json.dumps(inputs)}, "properties": {rows}}}\n')
     if any(one.status not in _GOOD for one in results):

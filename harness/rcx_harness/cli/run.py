@@ -31,6 +31,7 @@ from rcx_harness.cli.coverage_options import (
 from rcx_harness.cli.options import (
     check_ipv4,
     check_port,
+    choices,
     config_data,
     config_instance,
     counted,
@@ -48,6 +49,7 @@ from rcx_harness.trace.chart import Timeline, text_chart
 from rcx_harness.trace.chart_svg import svg_chart
 from rcx_harness.trace.explaining import shown_errors
 from rcx_harness.trace.scale import scaled_svg, scaled_text
+from rcx_harness.trace.view.networks import DrawnProgram
 from rcx_harness.trace.view.page import View
 from rcx_harness.trace.wave import Wave
 from rcx_harness.watch.block_errors import BlockErrors
@@ -147,7 +149,11 @@ class RunOptions(CellOptions):
         typer.Option(help="Variables to show, e.g. Main.Step,Main.Hmi.*; may be repeated."),
     ] = None
     positions: Annotated[
-        str, typer.Option(help="Show the position of the robot in pulses or mm.")
+        str,
+        typer.Option(
+            help="Show the position of the robot in pulses or mm.",
+            autocompletion=choices("pulses", "mm"),
+        ),
     ] = ""
     scale: Annotated[
         str,
@@ -348,13 +354,13 @@ def _run(
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
+        for text in cell.mistakes:
+            print(legible(text), file=sys.stderr)
         timeline, safe, errors = Timeline(cell.trace), _Safe(), _errors_of(cell)
         cell.trace.listen(heard(timeline.take))
         if isinstance(cell, Cell):
             cell.trace.listen(safe.take)
-        view = View(cell.trace.header) if options.view is not None else None
-        if view is not None:
-            cell.trace.listen(heard(view.take))
+        view = _view(cell, files) if options.view is not None else None
         if options.properties:
             from rcx_harness.verify.properties import judge_run
             from rcx_harness.verify.storm.demands import Demands
@@ -398,12 +404,24 @@ def _run(
             replace_files({options.view: view.page(_title(options, cell))})
         unsafe = safe.told(cell, files, options) if connected else ""
     ended = [f"note: {text}" for text in errors.texts(_MOST_ERRORS)] if errors else []
-    notice = "\n".join(filter(None, (cell.notice, late, unsafe, *ended)))
+    about = [line for line in cell.notice.splitlines() if line not in cell.mistakes]
+    notice = "\n".join(filter(None, (*about, late, unsafe, *ended)))
     coverage = None
     if collector is not None:
         coverage = concluded(collector, options.coverage_out, options.cover_fail_under)
     silence = given["connect"].tell.last if options.connect is not None else ""
     return _Outcome(cell, end_us, notice, timeline, connected, silence, coverage)
+
+
+def _view(cell: Bench, files: SourceFiles) -> View:
+    """Return the page of a run, which takes its records from now on.
+
+    It has the networks of the program, with the variables that show what was energised.
+    """
+    drawn = DrawnProgram(cell.program, files.own)
+    view = View(drawn.header(cell.trace.header), drawn.groups)
+    cell.trace.listen(heard(lambda record: view.take(drawn.filled(record))))
+    return view
 
 
 def _errors_of(cell: Bench) -> BlockErrors | None:

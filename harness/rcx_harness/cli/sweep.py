@@ -13,12 +13,14 @@ from rich.table import Table
 
 from rcx_harness.cli.campaign import VerifyOptions, write_replay
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
+from rcx_harness.cli.junit_option import Junit, junit_file, moments_suite
 from rcx_harness.cli.options import counted, duration_us, with_options
 from rcx_harness.verify.storm.cells import Cells
 from rcx_harness.verify.storm.course import Course
 from rcx_harness.verify.storm.sweep import Inject, Shown, Sweep, injects, pieces, ranges, told
 from rcx_harness.verify.storm.written import check_folder, file_name
 from structured_text.errors import InputError
+from structured_text.output.junit import JunitFile
 
 __all__ = ["sweep"]
 
@@ -50,6 +52,7 @@ class SweepOptions(VerifyOptions):
     seed: Annotated[int, typer.Option(help="Seed of the good run.", min=0, max=2**63 - 1)] = 0
     out: Annotated[Path, typer.Option(help="Folder for results and replays.")] = Path("out/sweep")
     json_file: JsonFile = None
+    junit: Junit = None
 
 
 @with_options(SweepOptions)
@@ -67,14 +70,15 @@ def sweep(options: SweepOptions) -> None:
     check_folder(options.out)
     read = [*(options.robot or ()), *(options.properties or ()), options.stimulus]
     written = JsonOutput(options.json_file, _BEGINNING, read)
+    junit = junit_file(options.junit, options.json_file, [*options.files, *read])
     with written.apart():
-        text, failed = _swept(options, options.stimulus)
+        text, failed = _swept(options, options.stimulus, junit)
     written.write(text)
     if failed:
         raise typer.Exit(1)
 
 
-def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
+def _swept(options: SweepOptions, stimulus: Path, junit: JunitFile) -> tuple[str, bool]:
     """Run the sweep and print the failures; return them as JSON, and whether a run has failed."""
     of = options.cells(stimulus)
     cells = of.make()
@@ -111,9 +115,9 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
     except KeyboardInterrupt:
         print(f"finished results are in {options.out}; the same call continues")
         raise
-    moments = len(range(0, scans, options.every))
+    moments = range(0, scans, options.every)
     print(
-        f"{counted(moments, 'moment')} of {scans * scan_us / 1e6:g} s, "
+        f"{counted(len(moments), 'moment')} of {scans * scan_us / 1e6:g} s, "
         f"{counted(len(what), 'fault')} at each"
     )
     if not found:
@@ -122,12 +126,16 @@ def _swept(options: SweepOptions, stimulus: Path) -> tuple[str, bool]:
     else:
         _print(found, scan_us, options.every)
     written: list[str] = []
+    commands: dict[tuple[str, str], str] = {}
     for (name, kind), replay in zip(found, replays, strict=True):
         if replay is not None:
             print(f"\n{name}, {kind}:\n  {replay.told}")
             written.append(file_name(f"{name} {kind}", written))
-            write_replay(options, cells, replay, options.out, written[-1])
-    return _as_json(options, what, found, moments), bool(found)
+            commands[name, kind] = write_replay(options, cells, replay, options.out, written[-1])
+    if junit.wanted:
+        junit.write([moments_suite(by_name, moments, scan_us, found, commands)])
+        junit.say()
+    return _as_json(options, what, found, commands, len(moments)), bool(found)
 
 
 def _scans(options: SweepOptions, cells: Cells) -> int:
@@ -157,6 +165,7 @@ def _as_json(
     options: SweepOptions,
     what: list[Inject],
     found: dict[tuple[str, str], dict[int, str]],
+    commands: dict[tuple[str, str], str],
     moments: int,
 ) -> str:
     classes: list[dict[str, Any]] = [
@@ -166,6 +175,7 @@ def _as_json(
             "moments": len(scans),
             "scans": ranges(list(scans), options.every),
             "text": scans[min(scans)],
+            "command": commands.get((name, kind), ""),
         }
         for (name, kind), scans in found.items()
     ]

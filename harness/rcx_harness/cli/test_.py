@@ -5,7 +5,6 @@ from __future__ import annotations
 import sys
 from contextlib import nullcontext
 from dataclasses import dataclass
-from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -18,6 +17,7 @@ from rcx_harness.cli.coverage_options import (
     concluded,
     requested_collector,
 )
+from rcx_harness.cli.junit_option import Junit
 from rcx_harness.cli.options import (
     Device,
     Dialect,
@@ -31,8 +31,8 @@ from rcx_harness.cli.progress import progress_bar
 from rcx_harness.testing.suites import FRAMEWORK
 from structured_text.engines.builtin.collector import counting
 from structured_text.errors import legible
-from structured_text.output.files import replace_files
-from structured_text.testing.suites.junit import check_junit, junit_xml
+from structured_text.output.junit import JunitFile
+from structured_text.testing.suites.junit_suites import junit_suites
 from structured_text.testing.suites.run import LONGEST, run_suites
 from structured_text.testing.suites.text import results_text
 
@@ -48,7 +48,7 @@ class Options:
         list[str] | None,
         typer.Option(help="Run only this test, suite or Suite.Test; * is allowed. Repeatable."),
     ] = None
-    junit: Annotated[Path | None, typer.Option(help="Write the results as JUnit XML.")] = None
+    junit: Junit = None
     duration: Annotated[
         str, typer.Option("--for", help="Virtual time after which unfinished tests are stopped.")
     ] = LONGEST
@@ -81,8 +81,7 @@ def test_(given: Options) -> None:
     sources = source_files(
         given.files, given.lib, replacements(given.replace), given.dialect, given.device
     )
-    if given.junit is not None:
-        check_junit(given.junit, sources)
+    junit = JunitFile(given.junit, sources.all)
     if collector is not None:
         collector.leave_out(FRAMEWORK.folder)
     with (
@@ -97,14 +96,12 @@ def test_(given: Options) -> None:
             only=given.only or (),
             progress=progress,
         )
-    if given.junit is not None:
-        replace_files({given.junit: junit_xml(results)})
+    junit.write(junit_suites(results), results.duration_us / 1e6)
     for note in sources.notes:
         if f"library {FRAMEWORK.namespace} is" not in note:  # the interface of TcUnit is built in
             print(legible(f"note: {note}"))
     print(legible(results_text(results)))
-    if given.junit is not None:
-        print(f"written: {given.junit}")
+    junit.say()
     covered = True
     if collector is not None:
         outcome = concluded(collector, given.coverage_out, given.cover_fail_under)

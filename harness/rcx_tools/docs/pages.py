@@ -24,6 +24,7 @@ from rcx_tools.docs.cli import command_page, commands_index
 from rcx_tools.docs.commands import commands_page
 from rcx_tools.docs.diagnosis import diagnosis_page
 from rcx_tools.docs.dialects import language_page
+from rcx_tools.docs.editor_facts import editor_facts
 from rcx_tools.docs.engines import engines_page
 from rcx_tools.docs.moving import moving_svg
 from rcx_tools.docs.probes import probes_page
@@ -108,7 +109,7 @@ def _page(title: str, source: str, body: Iterator[str]) -> str:
 
 
 def _blocks() -> Iterator[str]:
-    yield "The page of a block shows its pins, an example with its timing chart, its errors and"
+    yield "The page of a block shows its pins, an example with ladder and chart, its errors and"
     yield "related blocks. Each block is one source file, which begins with a description of it."
     yield "[panel.html](panel.html) is a printed sheet for the panel, with all dedicated bits,"
     yield "codes and errors. [internal-blocks.md](internal-blocks.md) lists blocks that only other"
@@ -313,6 +314,7 @@ def pages() -> dict[str, Callable[[], str]]:
             "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()
         ),
         "docs/how-to/diagnosis.md": diagnosis_page,
+        "harness/rcx_harness/editor/blocks.json": editor_facts,
         "docs/reference/engines.md": engines_page,
         "docs/reference/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
         "docs/reference/export-words.md": lambda: _page(

@@ -130,7 +130,7 @@ def _file(result: FileResult) -> Iterator[str]:
     yield "a line show how often it was executed, and its branches.</p>"
     if result.drawings:
         yield f"<style>{STYLE}</style><p class='note'>In a drawing, a contact is thick if it was"
-        yield "closed at some time, and a coil if it was TRUE or executed at some time.</p>"
+        yield "closed at some time, and a coil or box if it was TRUE or executed at some time.</p>"
     yield "<div class='wide' tabindex='0'><table class='code'>"
     statements = _by_line(result.statements)
     branches = _by_line(result.branches)

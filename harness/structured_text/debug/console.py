@@ -8,6 +8,7 @@ from typing import Any
 
 from structured_text.debug.breakpoints import DataWatch
 from structured_text.debug.debugger import Debugger
+from structured_text.debug.drawings import drawing_of
 from structured_text.debug.orders import Back, Forward, Order
 from structured_text.debug.scopes import Frame, Scopes
 from structured_text.debug.values import Held, ProgramVariables, local, refuse_set
@@ -30,6 +31,7 @@ X := 5                set a variable
 .back                 go back to the last breakpoint
 .start                go to the start of the run
 .where                where the PLC stands, and each task of its devices
+.draw                 the rung or network of this statement, with what has power
 .inject link_down 1   trigger an event, as in a stimulus; with several robots, say which one"""
 
 _LAST = re.compile(r"(?:(?P<base>[^\W\d][\w.]*(?:\[[^\]]*\][\w.]*)*)\.)?(?P<name>\w*)$")
@@ -206,6 +208,8 @@ class Console:
             return self._inject(argument)
         if word == "where":
             return self.positions()
+        if word == "draw":
+            return self._drawing(frame)
         if word == "help":
             return _HELP
         raise InputError(f"there is no command .{word}", hint=".help lists them")
@@ -219,6 +223,14 @@ class Console:
         devices = self._machine.devices
         lines = [f"{self._debugger.where()}: PLC: {frame.title}{place}"]
         return "\n    ".join([*lines, *(devices.positions if devices is not None else ())])
+
+    def _drawing(self, frame: Frame) -> str:
+        return drawing_of(
+            self._project,
+            frame,
+            lambda text: self.look(frame, text),
+            lambda held: self._memory.shown(held).text,
+        )
 
     def _goto(self, number: int) -> Order:
         """Return the order that goes to a scan; for the user, the first scan is number 1."""

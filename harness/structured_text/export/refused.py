@@ -13,7 +13,6 @@ from dataclasses import dataclass, field
 from functools import cache
 from pathlib import Path
 
-from structured_text.errors import place_text
 from structured_text.export.words import words
 from structured_text.language import syntax as s
 from structured_text.language.constructs import Use
@@ -71,16 +70,21 @@ class Tool:
 
 @dataclass(frozen=True)
 class Refusal:
-    """A construct that a tool refuses, or may refuse if `certain` is False."""
+    """A construct that a tool refuses, or may refuse if `certain` is False.
+
+    Attributes:
+        text: The construct with its detail, and what to write instead.
+        kind: The construct without its detail, and what to write instead; places of one kind are
+            reported together.
+        detail: What is special about the place, such as the types of a conversion; may be empty.
+    """
 
     file: Path
     at: s.Position
     text: str
     certain: bool
-
-    def __str__(self) -> str:
-        kind = "refused" if self.certain else "may be refused"
-        return f"{place_text(self.file, self.at.line, self.at.column)}: {kind}: {self.text}"
+    kind: str
+    detail: str = ""
 
 
 @cache
@@ -131,8 +135,9 @@ def _refusal(tool: Tool, use: Use) -> Refusal | None:
     taken = tool.verdict(use)
     if taken:
         return None
-    text = f"{use}; {tool.instead.get(use.construct, use.instead)}"
-    return Refusal(use.file, use.at, text, certain=taken is False)
+    advice = tool.instead.get(use.construct, use.instead)
+    kind = f"{use.construct}; {advice}"
+    return Refusal(use.file, use.at, f"{use}; {advice}", taken is False, kind, use.detail)
 
 
 def _declared(files: Sequence[Path]) -> Iterator[s.Declaration]:
@@ -148,11 +153,12 @@ def _by_name(tool: Tool, file: Path, one: s.Declaration, functions: set[str]) ->
     """Yield functions, blocks and operators that the tool lacks, and names that may be reserved."""
     if isinstance(one, s.Pou | s.TypeDecl):
         for at, why in words(tool.words).lacking(one, functions):
-            yield Refusal(file, at, why, certain=False)
+            yield Refusal(file, at, why, certain=False, kind=why)
     # matiec reserves only the words of the second edition of IEC 61131-3.
     if tool.words != "iec" or tool.export != "st":
         for at, why in reserved_names(one):
-            yield Refusal(file, at, why, certain=False)
+            name, _, kind = why.partition(" is ")
+            yield Refusal(file, at, why, certain=False, kind=kind, detail=name)
 
 
 def _not_carried(
@@ -169,4 +175,6 @@ def _not_carried(
     for one in export(tool.export, sources.folder, program, only_needed=True).missing:
         if one.file in users and not one.replaced and _ON_LIST not in one.why:
             at = s.Position(one.line, 1)
-            yield Refusal(one.file, at, f"{one.what}: {one.why}", certain=True)
+            construct, _, detail = one.what.partition(" ")
+            kind = f"{construct}: {one.why}"
+            yield Refusal(one.file, at, f"{one.what}: {one.why}", True, kind, detail)

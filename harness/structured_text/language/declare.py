@@ -93,6 +93,13 @@ class Declarations(Types):
         """Return the declaration of a POU."""
         return self.registry.pous[key]
 
+    def use_program(self, key: str) -> None:
+        """Add the instance of a program that is used by its name; `key` is the upper-case name."""
+        pou = self.pous[key]
+        if key not in self.programs and pou.block is not None:
+            self.programs.add(key)
+            self.globals[key] = Symbol(pou.name, pou.block, "VAR_GLOBAL", self.where(key).node.at)
+
     # --- variables ---
 
     def externals(self, block: BlockType) -> frozenset[str]:
@@ -535,10 +542,7 @@ class Scope:
             return None
         if found is (self.pou.owner or self.pou):
             return None
-        if key not in self.declarations.programs:
-            self.declarations.programs.add(key)
-            at = self.declarations.where(key).node.at
-            self.declarations.globals[key] = Symbol(found.name, found.block, "VAR_GLOBAL", at)
+        self.declarations.use_program(key)
         return self._global(key, self.where.node.at, "a PROGRAM called by its name")
 
     @property

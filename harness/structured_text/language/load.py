@@ -9,51 +9,36 @@ left out at the end (`_causes`).
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
 
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
-from structured_text.language.bodies import check_body, check_start
 from structured_text.language.compiling import deeply, uncollected
 from structured_text.language.constructs import Use
-from structured_text.language.declare import Declarations, Scope
-from structured_text.language.dialects import Dialect, dialect_of, rules_of
+from structured_text.language.dialects import dialect_of, rules_of
 from structured_text.language.generics import instantiated
-from structured_text.language.located import located
 from structured_text.language.namespaces import separated
 from structured_text.language.parser import read_text
 from structured_text.language.phases import joined
-from structured_text.language.project import Project, ScheduledInstance, Task, Unit, runnable
-from structured_text.language.registry import (
-    ConsequenceError,
-    Declared,
-    Registry,
-    base_name,
-    last_name,
-)
-from structured_text.language.scalars import TIME
+from structured_text.language.project import Project, runnable
+from structured_text.language.registry import ConsequenceError, base_name
 from structured_text.language.source import is_narrow, source_text
-from structured_text.language.starting import instance_sections
-from structured_text.language.system import QUERY, system_declaration
-from structured_text.language.tree import Pou
-from structured_text.language.types import BlockType, Variable
+from structured_text.language.stages import Visit, resolve
 from structured_text.language.unread import not_executed, refusal, unread_bodies
 from structured_text.language.walk import parts
 from structured_text.output.limits import MOST_CHARACTERS, MOST_MISTAKES, MOST_TOKENS
 
 __all__ = [
     "Read",
-    "Schedule",
+    "Resolve",
     "Visit",
     "analyse",
     "checked",
-    "configure",
     "first_errors",
     "load",
     "read_file",
@@ -63,162 +48,8 @@ __all__ = [
 
 #: A function that parses one source.
 Read = Callable[[Path], s.Source]
-#: A function that is called for each body, with the names known in the body and its statements.
-Visit = Callable[[Scope, tuple[s.Statement, ...]], None]
-
-#: Priority of a task without PRIORITY. By the standard it is the lowest priority, so the task runs
-#: last.
-_LOWEST = 65535
-#: Longest period [us] of a program that has no task in a project with tasks. A shorter tick of the
-#: tasks is the period.
-_SCAN_US = 10_000
-
-
-@dataclass(frozen=True)
-class Schedule:
-    """The instances, tasks, base tick and running order of a project."""
-
-    instances: dict[str, BlockType]
-    tasks: tuple[Task, ...]
-    tick_us: int | None
-    runs: tuple[ScheduledInstance, ...]
-
-
-def configure(registry: Registry, declarations: Declarations) -> Schedule:
-    """Return the instances, tasks and running order of a project.
-
-    Without a CONFIGURATION, one PROGRAM runs in every scan as `Main` (`_uncalled`).
-
-    Raises:
-        InputError: There is no CONFIGURATION and more than one program to run, or the CONFIGURATION
-            has a mistake.
-    """
-    declared = registry.configuration
-    if declared is None:
-        programs = _uncalled(registry, declarations)
-        blocks = [pou.block for pou in programs if pou.block is not None]
-        instances = dict(zip(("Main",), blocks, strict=False))
-        return Schedule(
-            instances, (), None, tuple(ScheduledInstance(name, 1) for name in instances)
-        )
-    return _configured(declared, registry, declarations)
-
-
-def _uncalled(registry: Registry, declarations: Declarations) -> list[Pou]:
-    """Return the program that runs without a CONFIGURATION; none if all are called.
-
-    The result is the only program that no other program calls. If there are several, the program
-    PLC_PRG or MAIN runs; new projects of CODESYS and TwinCAT have these names.
-    """
-    programs = [pou for pou in declarations.pous.values() if pou.kind == "PROGRAM"]
-    if len(programs) > 1:
-        first = registry.pous[programs[0].name.upper()]
-        first.note("several PROGRAMs without a CONFIGURATION", first.node.name.at)
-    free = [pou for pou in programs if pou.name.upper() not in declarations.called]
-    usual = [pou for pou in free if pou.name.upper() in ("MAIN", "PLC_PRG")]
-    if len(free) > 1 and len(usual) != 1:
-        second = registry.pous[free[1].name.upper()]
-        raise second.error(
-            f"several programs and no CONFIGURATION: {', '.join(pou.name for pou in free)}",
-            second.node.name.at,
-            "add one; or call the others from one of them, or call that MAIN or PLC_PRG",
-        )
-    return usual if len(free) > 1 else free
-
-
-def _configured(declared: Declared, registry: Registry, declarations: Declarations) -> Schedule:
-    node = declared.node
-    assert isinstance(node, s.Configuration)
-    if node.resources > 1:
-        raise declared.error("more than one RESOURCE is not supported", node.at)
-    intervals: dict[str, tuple[s.Name, int, int]] = {}
-    for task in node.tasks:
-        if task.name.key in intervals:
-            raise declared.error(f"the task {task.name.text} is declared twice", task.at)
-        intervals[task.name.key] = (task.name, *_settings(task, declared, declarations))
-    instances: dict[str, BlockType] = {}
-    members: dict[str, list[str]] = {key: [] for key in intervals}
-    free: list[str] = []
-    for program in node.programs:
-        instances[program.name.text] = _instance(
-            program, instances, declared, registry, declarations
-        )
-        if program.task is None:
-            free.append(program.name.text)
-        elif program.task.key not in members:
-            raise declared.error(f"there is no task {program.task.text}", program.task.at)
-        else:
-            members[program.task.key].append(program.name.text)
-    if not instances:
-        raise declared.error("the CONFIGURATION has no PROGRAM", node.at)
-    tasks = tuple(
-        Task(name.text, interval, priority, tuple(members[key]))
-        for key, (name, interval, priority) in intervals.items()
-    )
-    # A program without a task does not depend on the tasks: it runs in every scan.
-    own_us = [_SCAN_US] if free else []
-    tick = math.gcd(*(task.interval_us for task in tasks), *own_us) if tasks else None
-    runs = [
-        ScheduledInstance(instance, task.interval_us // (tick or 1))
-        for task in sorted(tasks, key=lambda task: task.priority)
-        for instance in task.instances
-    ]
-    return Schedule(instances, tasks, tick, (*runs, *(ScheduledInstance(name, 1) for name in free)))
-
-
-def _settings(
-    task: s.TaskDeclaration, declared: Declared, declarations: Declarations
-) -> tuple[int, int]:
-    interval, priority = 0, _LOWEST
-    for name, value in task.settings:
-        if name.key == "INTERVAL":
-            nanoseconds = declarations.constant(value, TIME, declared).value
-            interval, rest = divmod(int(nanoseconds), 1000)
-            if interval <= 0 or rest:
-                raise declared.error("an interval must be whole microseconds above 0", value.at)
-        elif name.key == "PRIORITY":
-            if not isinstance(value, s.Literal) or not value.text.isdigit():
-                raise declared.error("a priority must be a whole number", value.at)
-            priority = int(value.text)
-        else:
-            raise declared.error(f"{name.text} of a task is not supported", name.at)
-    if not interval:
-        raise declared.error(
-            f"the task {task.name.text} has no INTERVAL", task.at, "write (INTERVAL := T#10ms)"
-        )
-    return interval, priority
-
-
-def _instance(
-    program: s.ProgramInstance,
-    instances: dict[str, BlockType],
-    declared: Declared,
-    registry: Registry,
-    declarations: Declarations,
-) -> BlockType:
-    name, kind = program.name, program.program
-    if program.connected:
-        raise declared.error(
-            "connections of a PROGRAM are not supported", program.at, "use VAR_GLOBAL"
-        )
-    if name.key in (known.upper() for known in instances):
-        raise declared.error(f"the program instance {name.text} is declared twice", name.at)
-    clash = registry.variable_clash(name.key)
-    if clash and name.key != kind.key:  # PLC tools give a single instance the name of its program
-        raise declared.error(f"{name.text} {clash}", name.at, "choose another instance name")
-    if name.key in declarations.globals and name.key not in declarations.programs:
-        raise declared.error(f"{name.text} is also a global variable", name.at)
-    pou = declarations.pous.get(kind.key)
-    if pou is None or pou.kind != "PROGRAM" or pou.block is None:
-        raise declared.error(f"there is no program {kind.text}", kind.at)
-    others = [one for one, block in instances.items() if block is pou.block]
-    if others and kind.key in declarations.programs:
-        raise declared.error(
-            f"{kind.text} is used by its name, and has the instances {others[0]} and {name.text}",
-            name.at,
-            "use a program with a single instance",
-        )
-    return pou.block
+#: A function that checks all sources, as `stages.resolve`.
+Resolve = Callable[..., Project | None]
 
 
 def load(paths: Sequence[Path], read: Read | None = None) -> Project:
@@ -261,6 +92,7 @@ def analyse(
     most: int | None = None,
     *,
     every: bool = False,
+    resolving: Resolve = resolve,
 ) -> tuple[Project | None, list[InputError]]:
     """Return the checked project, or None with all errors, in the order of the given files.
 
@@ -268,10 +100,11 @@ def analyse(
     another error are left out. Errors beyond the number `most` (default: `MOST_MISTAKES`) are only
     counted. With `every`, all errors are returned, and consequences are `ConsequenceError`.
     Statistics need all errors, because a file without a returned error counts as accepted.
+    `resolving` replaces `stages.resolve`.
     """
     read = read or read_file
     try:
-        project, errors = deeply(partial(_analysed, paths, read, every=every))
+        project, errors = deeply(partial(_analysed, paths, read, resolving, every=every))
         if every:
             return project, errors
         shown = first_errors(errors, MOST_MISTAKES if most is None else most)
@@ -286,7 +119,7 @@ def survey(paths: Sequence[Path], visit: Visit, read: Read | None = None) -> lis
     `visit` gets the names that are known in the body, and its statements. It is called after all
     declarations are resolved as far as possible, even if there are errors. Return all errors.
     """
-    return deeply(partial(_analysed, paths, read or read_file, visit))[1]
+    return deeply(partial(_analysed, paths, read or read_file, partial(resolve, visit=visit)))[1]
 
 
 def read_file(path: Path) -> s.Source:
@@ -325,26 +158,28 @@ def too_deep(paths: Sequence[Path], read: Read | None = None) -> InputError:
 
 @uncollected()
 def _analysed(
-    paths: Sequence[Path], read: Read, visit: Visit | None = None, *, every: bool = False
+    paths: Sequence[Path], read: Read, resolving: Resolve = resolve, *, every: bool = False
 ) -> tuple[Project | None, list[InputError]]:
     errors: list[InputError] = []
     sources: list[s.Source] = []
     missing = False
+    characters = tokens = 0
     for path in dict.fromkeys(paths):
         try:
             source = read(path)
-            _check_size(sources, source)
+            _check_size(characters, tokens, source)
         except InputError as error:
             errors.append(error)
             missing = True
         else:
             sources.append(source)
+            characters, tokens = characters + source.characters, tokens + source.tokens
             errors += source.errors
     found: list[InputError] = []
     whole = instantiated(separated(joined(sources)))
     errors += [error for one in whole for error in one.errors if error not in errors]
     rules = rules_of(dialect_of(paths))
-    project = _resolve(whole, found, whole=not errors, dialect=rules, visit=visit)
+    project = resolving(whole, found, rules, whole=not errors)
     causes = _causes(found, sources)
     if every:
         caused = [_consequence(one) for one in found if one not in causes]
@@ -369,12 +204,14 @@ def _consequence(error: InputError) -> ConsequenceError:
     )
 
 
-def _check_size(before: Sequence[s.Source], source: s.Source) -> None:
-    """Raise InputError if a source makes the program too large to be compiled."""
-    every = [*before, source]
+def _check_size(characters: int, tokens: int, source: s.Source) -> None:
+    """Raise InputError if a source makes the program too large to be compiled.
+
+    `characters` and `tokens` are the sizes of the sources before it.
+    """
     for size, most, what in (
-        (sum(one.characters for one in every), MOST_CHARACTERS, "characters"),
-        (sum(one.tokens for one in every), MOST_TOKENS, "words, numbers and signs"),
+        (characters + source.characters, MOST_CHARACTERS, "characters"),
+        (tokens + source.tokens, MOST_TOKENS, "words, numbers and signs"),
     ):
         if size > most:
             raise InputError(
@@ -460,130 +297,3 @@ _OF = re.compile(
     r"(\w+(?:\.\w+)?)(?: (?:takes|has no) .*)?$"
 )
 _UNKNOWN = re.compile(r"there is no |\S+ is not declared")
-
-
-def _resolve(
-    sources: list[s.Source],
-    errors: list[InputError],
-    *,
-    whole: bool,
-    dialect: Dialect,
-    visit: Visit | None = None,
-) -> Project | None:
-    registry = Registry(sources, errors.append, dialect)
-    ordered = registry.ordered()
-    declarations = Declarations(registry, errors.append)
-    for declared in (*_system_interfaces(registry), *ordered):
-        if isinstance(declared.node, s.Interface):
-            declarations.inheritance.add(declared.node, declared)
-    for declared in ordered:
-        if isinstance(declared.node, s.TypeDecl):
-            declarations.add_type(declared.node, declared)
-        elif isinstance(declared.node, s.Pou):
-            declarations.add_pou(declared.node, declared)
-    declarations.add_globals()
-    declarations.inheritance.finish()
-    for declared in ordered:
-        if isinstance(declared.node, s.Pou):
-            pou = declarations.pous[declared.node.name.key]
-            scope = Scope(pou, declared, registry, declarations)
-            check_body(scope, declared.node.body, errors.append)
-            if visit is not None:
-                visit(scope, declared.node.body)
-            sections = (*declared.node.sections, *instance_sections(declared.node))
-            check_start(scope, sections, errors.append)
-    for method, syntax, where in declarations.inheritance.bodies():
-        scope = Scope(method, where, registry, declarations)
-        check_body(scope, syntax.body, errors.append)
-        if visit is not None:
-            visit(scope, syntax.body)
-        check_start(scope, syntax.sections, errors.append)
-    for scope, sections in declarations.starts_of_globals():
-        check_start(scope, sections, errors.append)
-    if errors or not whole:
-        return None
-    try:
-        schedule = configure(registry, declarations)
-        _check_extent(schedule, registry, declarations, ordered)
-        places = located(schedule.instances, declarations)
-    except InputError as error:
-        errors.append(error)
-        return None
-    return Project(
-        files=_files(ordered),
-        units=tuple(_unit(declared) for declared in ordered),
-        types=declarations.types,
-        blocks=declarations.blocks,
-        pous=declarations.pous,
-        initial=declarations.initial,
-        instances=schedule.instances,
-        configured=registry.configuration is not None,
-        globals={
-            key: Variable(symbol.name, symbol.type, "VAR_GLOBAL", symbol.address, symbol.retain)
-            for key, symbol in declarations.globals.items()
-        },
-        global_symbols=declarations.globals,
-        lists=declarations.lists,
-        located=places,
-        tasks=schedule.tasks,
-        tick_us=schedule.tick_us,
-        schedule=schedule.runs,
-        objects=declarations.objects,
-        uses=tuple(dict.fromkeys(registry.uses)),
-        views=declarations.views,
-        dialect=dialect.name,
-    )
-
-
-def _system_interfaces(registry: Registry) -> Iterator[Declared]:
-    """Yield the interface of `__SYSTEM`, if the sources use it and do not declare it."""
-    mentioned = {
-        last_name(name)
-        for one in (*registry.interfaces.values(), *registry.pous.values())
-        for name in _interfaces_of(one.node)
-    }
-    found = system_declaration(QUERY)
-    if found is not None and QUERY in mentioned and QUERY not in registry.interfaces:
-        registry.interfaces[QUERY] = found
-        yield found
-
-
-def _interfaces_of(node: s.Declaration) -> tuple[s.Name, ...]:
-    if isinstance(node, s.Interface):
-        return node.extends
-    return node.implements if isinstance(node, s.Pou) else ()
-
-
-def _check_extent(
-    schedule: Schedule,
-    registry: Registry,
-    declarations: Declarations,
-    ordered: Sequence[Declared],
-) -> None:
-    """Raise InputError if the running program has too many variables in all."""
-    if not ordered:
-        return
-    bodies = [
-        *declarations.pous.values(),
-        *(one for one, _, _ in declarations.inheritance.bodies()),
-    ]
-    symbols = [symbol for pou in bodies if pou.block is None for symbol in pou.symbols.values()]
-    where = registry.configuration or ordered[-1]
-    blocks = schedule.instances.values()
-    declarations.extents.check_all(blocks, [*declarations.globals.values(), *symbols], where)
-
-
-def _unit(declared: Declared) -> Unit:
-    node = declared.node
-    kind = "TYPE" if isinstance(node, s.TypeDecl) else "CONFIGURATION"
-    if isinstance(node, s.Interface):
-        kind = "INTERFACE"
-    if isinstance(node, s.Pou):
-        kind = node.kind
-    return Unit(kind, node.name.text, declared.file, node.at.line)
-
-
-def _files(ordered: list[Declared]) -> tuple[Path, ...]:
-    """Return the files, sorted by their last declaration in the order of dependencies."""
-    last = {declared.file: rank for rank, declared in enumerate(ordered)}
-    return tuple(sorted(last, key=lambda file: last[file]))

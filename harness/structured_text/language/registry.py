@@ -74,6 +74,7 @@ class Registry:
 
     Attributes:
         dialect: The rules where tools differ.
+        cyclic: Whether `ordered` has found a declaration that uses itself.
     """
 
     def __init__(
@@ -84,6 +85,7 @@ class Registry:
     ) -> None:
         self._report = report
         self.dialect = dialect or rules_of(IEC)
+        self.cyclic = False
         self.types: dict[str, Declared] = {}
         self.pous: dict[str, Declared] = {}
         self.interfaces: dict[str, Declared] = {}
@@ -294,6 +296,7 @@ class Registry:
         return result
 
     def _report_cycle(self, declared: Declared, cycle: tuple[str, ...]) -> None:
+        self.cyclic = True
         kind = (
             "a type cannot contain itself"
             if declared.node.name.key in self.types

@@ -140,6 +140,8 @@ class Extract(_AnyPath):
         diagrams: The ladder and function block diagrams that lines were translated from, with the
             names of their POUs, methods and actions. Coverage draws them; the language does not
             use them.
+        generated: Whether the text is not in the file at all, as the function of an instruction
+            that a reader adds. Coverage does not count it.
     """
 
     lines: tuple[Line, ...] | None = None
@@ -148,6 +150,7 @@ class Extract(_AnyPath):
     unread: tuple[Unread, ...] = ()
     project: str = ""
     diagrams: tuple[tuple[str, Any], ...] = ()
+    generated: bool = False
     _whole_hash: int | None = None
 
     @classmethod
@@ -160,11 +163,13 @@ class Extract(_AnyPath):
         unread: tuple[Unread, ...] = (),
         dialect: str = "",
         diagrams: tuple[tuple[str, Any], ...] = (),
+        generated: bool = False,
     ) -> Extract:
         """Return the extract of a file; without lines, a path that only carries the dialect."""
         made = cls(str(file))
-        made.lines, made.title, made.dialect = _told_apart(lines), title, dialect
+        made.lines, made.title, made.dialect = _told_apart(lines, generated), title, dialect
         made.project, made.unread, made.diagrams = project, unread, diagrams
+        made.generated = generated
         return made
 
     def place(self, line: int) -> tuple[str, int]:
@@ -199,17 +204,18 @@ class Extract(_AnyPath):
         if self.lines is None and not self.dialect:
             return Path, (str(self),)
         given = (str(self), self.lines, self.title, self.project, self.unread, self.dialect)
-        return Extract.make, (*given, self.diagrams)
+        return Extract.make, (*given, self.diagrams, self.generated)
 
 
-def _told_apart(lines: tuple[Line, ...] | None) -> tuple[Line, ...] | None:
+def _told_apart(lines: tuple[Line, ...] | None, generated: bool) -> tuple[Line, ...] | None:
     """Return the lines of a translation with columns that differ if the line in the file is equal.
 
-    Several statements of a network have the same line in the file. Without different columns, their
-    positions would be equal, and steps of the debugger, branches of the coverage and renamed
-    variables would be mixed up. The new columns are greater than `NO_COLUMN`, and are not shown.
+    Several statements of a network, and generated statements, have the same line in the file.
+    Without different columns, their positions would be equal, and steps of the debugger, branches
+    of the coverage and renamed variables would be mixed up. The new columns are greater than
+    `NO_COLUMN`, and are not shown.
     """
-    if lines is None or not any(line.network for line in lines):
+    if lines is None or not (generated or any(line.network for line in lines)):
         return lines
     ends: dict[int, int] = {}
     seen: set[int] = set()
@@ -230,9 +236,8 @@ def in_dialect(file: Path, dialect: str) -> Path:
         return file
     if not isinstance(file, Extract):
         return Extract.make(file, None, dialect=dialect)
-    return Extract.make(
-        file, file.lines, file.title, file.project, file.unread, dialect, file.diagrams
-    )
+    given = (file, file.lines, file.title, file.project, file.unread, dialect, file.diagrams)
+    return Extract.make(*given, file.generated)
 
 
 def source_text(file: Path) -> str:

@@ -8,7 +8,7 @@ from itertools import zip_longest
 from pathlib import Path
 from random import Random
 from tempfile import TemporaryDirectory
-from typing import Any
+from typing import Any, NamedTuple
 
 from structured_text.errors import COMMAND, DISTRIBUTION, InputError
 from structured_text.farm import Farm
@@ -22,10 +22,24 @@ from structured_text.mutants.tests import Tests
 from structured_text.output.paths import real
 from structured_text.projects.sources import SourceFiles
 
-__all__ = ["UNREACHED", "UserMutants"]
+__all__ = ["UNREACHED", "UserMutants", "Verdicts"]
 
 #: The value of `by` for a mutant in code that no test executes.
 UNREACHED = "no test runs it"
+
+
+class Verdicts(NamedTuple):
+    """The verdicts on the mutants of a program.
+
+    Attributes:
+        figures: The figures of the report, and further figures about the run.
+        judged: The mutants with their verdicts; survivors are in the order of the figures.
+        not_run: Mutants that were not run, because the time was over.
+    """
+
+    figures: dict[str, Any]
+    judged: list[Judged]
+    not_run: list[Mutant]
 
 
 class UserMutants:
@@ -107,10 +121,8 @@ class UserMutants:
                 )
         return [one for each in zip_longest(*by_file) for one in each if one is not None], unreached
 
-    def judged(
-        self, tests: Tests, judging: Judging, farm: Farm, reasons: Reasons
-    ) -> dict[str, Any]:
-        """Run the mutants; return the figures of the report and further figures about the run."""
+    def judged(self, tests: Tests, judging: Judging, farm: Farm, reasons: Reasons) -> Verdicts:
+        """Run the mutants; return their verdicts, and the figures of the report."""
         tasks, unreached = self.tasks(tests)
 
         def run(todo: Iterable[MutantTask]) -> Iterator[Outcome]:
@@ -130,15 +142,19 @@ class UserMutants:
         counted = self._mutants.counted
         open_ones = found["mutants"] - found["survivors_with_a_reason"]
         score = round(100.0 * found["killed"] / open_ones, 2) if open_ones else 100.0
-        return found | {
+        # Two mutants of a place can be equal, so the object itself counts.
+        ran = {id(one.mutant) for one in judged}
+        not_run = [task.mutant for task in tasks if id(task.mutant) not in ran]
+        found |= {
             "score_without_reasons": score,
             "tests": len(tests.ran),
             "timed_out": sum(one.by == ENDLESS for one in judged),
             "unreached": [_place(mutant) for mutant in unreached],
-            "not_run": len(tasks) + len(unreached) - len(judged),
+            "not_run": len(not_run),
             "not_compiling": counted.refused,
             "changing_nothing": counted.equal,
         }
+        return Verdicts(found, judged, not_run)
 
     @staticmethod
     def _whole(

@@ -9,9 +9,13 @@ from typing import BinaryIO
 
 from structured_text.errors import InputError
 from structured_text.output.limits import Kind
+from structured_text.output.paths import real
 from structured_text.output.system import without_waiting
 
-__all__ = ["beginning", "check_file", "file_bytes", "file_text", "open_file", "text_of"]
+__all__ = ["SHOWN", "beginning", "check_file", "file_bytes", "file_text", "open_file", "text_of"]
+
+#: Contents by resolved path that replace the contents of project files: the documents of an editor.
+SHOWN: dict[Path, bytes] = {}
 
 _MEGABYTE = 1 << 20
 #: Names of file types that are not plain files, by the test that recognizes them.
@@ -60,6 +64,8 @@ def open_file(path: str | Path, kind: Kind) -> BinaryIO:
 
 def file_bytes(path: str | Path, kind: Kind) -> bytes:
     """Read a plain file, or raise InputError."""
+    if SHOWN and (shown := SHOWN.get(real(path))) is not None:
+        return shown
     with open_file(path, kind) as file:
         try:
             if kind.most_bytes is None:

@@ -50,6 +50,7 @@ __all__ = [
     "fine_timers",
     "interrupt_main_thread",
     "interrupts_later",
+    "limit_process",
     "loaded",
     "nobody_reads",
     "processors",
@@ -257,6 +258,33 @@ def ask_for_priority(policy: Literal["first", "in turn"]) -> None:
         number = os.SCHED_FIFO if policy == "first" else os.SCHED_RR
         with suppress(OSError):
             os.sched_setscheduler(0, number, os.sched_param(_PRIORITY))
+
+
+def limit_process(*, memory: int, file: int, seconds: int) -> None:
+    """Limit this process and its later child processes.
+
+    Windows has no such limits, and macOS ignores the limit of the memory.
+
+    Args:
+        memory: Greatest size of the address space [bytes].
+        file: Greatest size of a written file [bytes].
+        seconds: Greatest processor time [s].
+    """
+    if sys.platform == "win32":
+        return
+    import resource
+
+    limits = (
+        (resource.RLIMIT_AS, memory),
+        (resource.RLIMIT_FSIZE, file),
+        (resource.RLIMIT_CPU, seconds),
+        (resource.RLIMIT_CORE, 0),
+    )
+    for kind, wanted in limits:
+        _, highest = resource.getrlimit(kind)
+        most = wanted if highest == resource.RLIM_INFINITY else min(wanted, highest)
+        with suppress(OSError, ValueError):  # the system does not have this limit
+            resource.setrlimit(kind, (most, most))
 
 
 def copied(work: Callable[[], object], seconds: float) -> int:

@@ -133,11 +133,13 @@ class Unit:
     Attributes:
         kind: First word of the declaration: TYPE, FUNCTION_BLOCK, VAR_GLOBAL, CONFIGURATION ...
         piece: Name and lines of the declaration.
+        generated: Whether the reader has added it, so that the file has no text of it.
     """
 
     kind: str
     piece: Piece
     file: Path
+    generated: bool = False
 
     @property
     def name(self) -> str:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from pathlib import Path
@@ -130,7 +130,7 @@ def project_sources(
         if unit in declared or not isinstance(unit.piece.body, Foreign)
     ]
     names = frozenset(unit.name.upper() for unit in project.units)
-    notes = [*project.notes, *notes]
+    notes = [*_left(project, replaced), *notes]
     if NAME.upper() in (name.upper() for name in replaced):
         notes = [note for note in notes if NEVER not in note]
     return Sources((*paths, *extra), names, tuple(notes), project.libraries, project.dialects)
@@ -143,7 +143,8 @@ def _extract(unit: Unit, project: Path, unread: tuple[Unread, ...]) -> Extract:
     """
     whole = str(project) if unit.file != project else ""
     drawn = tuple(unit.piece.diagrams())
-    return Extract.make(unit.file, unit.piece.lines(), unit.name, whole, unread, diagrams=drawn)
+    lines, made = unit.piece.lines(), unit.generated
+    return Extract.make(unit.file, lines, unit.name, whole, unread, diagrams=drawn, generated=made)
 
 
 # --- bodies in other languages ----------------------------------------------------------------
@@ -224,8 +225,42 @@ def _replaced(units: Sequence[Unit], replaced: Mapping[str, Path]) -> tuple[list
     return found, whole
 
 
+def _left(project: Project, replaced: Collection[str]) -> list[str]:
+    """Return the notes of a project without those about bodies that are replaced."""
+    wanted = {name.upper() for name in replaced}
+    about = [
+        (unit.file, piece)
+        for unit in project.units
+        for piece in _pieces(unit.piece)
+        if piece.name.upper() in wanted
+    ]
+    return [note for note in project.notes if not any(_is_about(note, *one) for one in about)]
+
+
+def _is_about(note: str, file: Path, piece: Piece) -> bool:
+    """Return whether a note names a line of the body of a piece, or the piece."""
+    found = re.match(rf"{re.escape(str(file))}:(\d+): ", note)
+    if found is None:
+        return False
+    lines = [] if isinstance(piece.body, Foreign) else [line.at for line in piece.body]
+    inside = bool(lines) and min(lines) <= int(found[1]) < _behind(piece, max(lines))
+    return inside or note[found.end() :].startswith(f"{piece.name}: ")
+
+
+def _behind(piece: Piece, last: int) -> int:
+    """Return the first line behind a body whose last statement has the line `last`."""
+    others = [part.head[0].at for part in piece.parts if part.head and part.head[0].at > last]
+    return min([*others, *(line.at for line in piece.end if line.at > last)], default=last + 1)
+
+
+def _pieces(piece: Piece) -> Iterator[Piece]:
+    yield piece
+    for part in piece.parts:
+        yield from _pieces(part)
+
+
 def _names(piece: Piece) -> list[str]:
-    return [piece.name, *(name for part in piece.parts for name in _names(part))]
+    return [one.name for one in _pieces(piece)]
 
 
 def _has(piece: Piece, name: str) -> bool:
@@ -247,6 +282,7 @@ def _with_body(piece: Piece, name: str, text: Sequence[str]) -> Piece:
         body,
         _elsewhere(piece.end),
         tuple(_with_body(part, name, text) for part in piece.parts),
+        None if own else piece.diagram,
     )
 
 

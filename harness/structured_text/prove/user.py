@@ -236,11 +236,12 @@ class _Work:
             self.open[key] = self._named(key)
         several = any(run.every > 1 for run in self.project.schedule)
         if several:
+            self._try(self._list_operations, finds=True)
             self._note(
                 "no proof for several task intervals: only a search for runs that break a property"
             )
         else:
-            self._try(lambda: self._induction(outline=True))
+            self._try(lambda: self._induction(outline=True), finds=True)
         if not self.settings.overflow:
             self._only_note()
         short, long = self.settings.scan_us, max(self.settings.scan_us, _LONG_US)
@@ -258,13 +259,21 @@ class _Work:
             seconds = self._spent.get(key, 0.0)
             self.done[key] = replace(self.open.pop(key), status=NOTED, seconds=seconds)
 
-    def _try(self, way: Callable[[], None]) -> None:
-        """Run one method on the open properties; note the reason if a construct is unsupported."""
+    def _try(self, way: Callable[[], None], *, finds: bool = False) -> None:
+        """Run one method on the open properties; note the reason if a construct is unsupported.
+
+        A method that also `finds` properties runs even if no property is open yet. If it fails,
+        operations may be missing from the results, so they have an unknown result of their own.
+        """
         try:
-            if self.open:
+            if self.open or finds:
                 way()
         except UnsupportedError as error:
-            self._note(f"not decided: {error}")
+            note = f"not decided: {error}"
+            if not self.open:
+                every = Result("operations", "no statement stops the PLC", note=note)
+                self.open["operations", "", 0] = every
+            self._note(note)
 
     # --- properties of the source text ---
 
@@ -306,6 +315,12 @@ class _Work:
             held = kept(tried, (start, start.snapshot()), memories, limit)
         for key in list(self.open):
             self._decide(key, step, held, outline=outline)
+
+    def _list_operations(self) -> None:
+        """Open a property for each operation that may stop the PLC, without a proof."""
+        for key in self._any_scan(outline=True).broken:
+            if key not in self.done and (key[0] != "overflow" or self.settings.overflow):
+                self.open.setdefault(key, self._named(key))
 
     def _machine(self, *, outline: bool) -> ProgramMachine:
         milliseconds = self.bench.library.milliseconds

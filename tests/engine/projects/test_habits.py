@@ -489,7 +489,7 @@ def test_a_siemens_project_with_data_blocks_and_tags_runs(tmp_path: Path) -> Non
 def test_an_unused_diagram_is_reported_in_the_project_file(tmp_path: Path) -> None:
     """The message about an unused diagram names the project file, not the user's file."""
     ladder = _L5X.replace("MainRoutineName", "Main", 0).replace(
-        '<Routine Name="Check"', '<Routine Name="Spare" Type="FBD"/>\n<Routine Name="Check"'
+        '<Routine Name="Check"', '<Routine Name="Spare" Type="SFC"/>\n<Routine Name="Check"'
     )
     project = _write(tmp_path, "plant.L5X", ladder)
     own = _write(tmp_path, "main.st", "Check();\n")

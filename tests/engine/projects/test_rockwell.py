@@ -172,7 +172,7 @@ def test_tags_that_no_prescan_sets_keep_their_values_without_power(tmp_path: Pat
     tags.append('<Tag Name="OutputArea" DataType="SINT" Dimensions="512"/>')
     kept = set(_built(tmp_path, "Scale(One, a); TONR(T);", *tags).retained)
     scale = {f"P.One.{name}" for name in ("Raw", "Factor", "Offset", "Sum")}
-    timer = {f"P.T.{name}" for name in ("TimerEnable", "Reset", "PRE")}
+    timer = {f"P.T.{name}" for name in ("EnableIn", "TimerEnable", "Reset", "PRE")}
     assert kept == {"P.a"} | scale | timer
 
 

@@ -105,7 +105,7 @@ def _agreed(line: StationLine) -> Person:
     return Person(lambda one: True, line.happen, lambda text: None)
 
 
-@pytest.mark.parametrize(("name", "key", "value"), sampled(CASES, 3))
+@pytest.mark.parametrize(("name", "key", "value"), sampled(CASES, 6))
 def test_the_report_is_correct_for_each_value_of_each_key(name: str, key: str, value: Any) -> None:
     """The report confirms a correct assumption, and refutes a wrong one with the real value."""
     config = {**PREPARED.get(name, {}), key: value}

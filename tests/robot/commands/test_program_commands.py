@@ -6,6 +6,7 @@ import struct
 
 import pytest
 
+from for_each import for_each
 from program_commands import (
     ALL,
     EXECUTE,
@@ -345,10 +346,10 @@ def test_a_program_name_may_be_filled_with_spaces_or_with_zeros(filled: bytes) -
     assert master.execute(INFO, NAME, 0, 0, 0, 0, *words)[6:14] == text_words("FIRST")
 
 
-@pytest.mark.parametrize(
+@for_each(
     "name", [b"FIRST\0", b"FIRST \0", b"FIRST\0\0 A", b"FI RST", b" FIRST", b"first", b"FIR\0ST"]
 )
-@pytest.mark.parametrize("code", [REGISTER, 0x0402, 0x0403, 0x0404, 0x0405, 0x0406, INFO])
+@for_each("code", [REGISTER, 0x0402, 0x0403, 0x0404, 0x0405, 0x0406, INFO])
 def test_a_name_with_an_inner_space_or_with_both_fillers_is_refused(code: int, name: bytes) -> None:
     """A name has upper case letters, digits and underscores, followed by one kind of filler.
 

@@ -68,7 +68,7 @@ def test_garbage_collection_is_on_after_an_error_in_the_sources(tmp_path: Path) 
         ("structured_text.engines.load", "load", lambda file: build([file], "builtin")),
         (
             "structured_text.engines.builtin.compile",
-            "compile",
+            "_code",
             lambda file: build([file], "builtin"),
         ),
         ("structured_text.language.load", "read_text", lambda file: check([file])),

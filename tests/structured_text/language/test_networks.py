@@ -78,6 +78,14 @@ def test_lines_without_a_drawing_keep_their_columns(tmp_path: Path) -> None:
     assert Extract.make(tmp_path / "a.xml", lines).lines == lines
 
 
+def test_generated_statements_have_different_positions(tmp_path: Path) -> None:
+    """All lines of the function of an instruction have line 1; `b` would be at the place of `a`."""
+    lines = (Line("a := 1;", 1), Line("b := 1;", 1))
+    source = Extract.make(tmp_path / "a.L5X", lines, generated=True)
+    assert origin(source, 1, 1) == (1, 1)
+    assert origin(source, 2, 1)[1] > NO_COLUMN
+
+
 def test_a_line_number_knows_its_rung_after_pickle() -> None:
     """The line number behaves as a number, and a process that receives it can name the rung."""
     line = NetworkLine(8, "Main", Line("  Last := First;", 8, 0, "rung 3"))

@@ -91,7 +91,7 @@ def test_lines_count_as_drawn_only_with_every_character_that_is_printed(reposito
     """
     searched = (
         "structured_text.projects.plcopen.tasks",
-        "structured_text.testing.suites.junit",
+        "structured_text.output.junit",
         "structured_text.projects.diagrams.networks.draw.text",
     )
     texts = {

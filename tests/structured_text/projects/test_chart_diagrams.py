@@ -77,9 +77,12 @@ def test_conditions_are_connected_to_networks(tmp_path: Path) -> None:
     |  B     |      +-----+            +-----+   +-----+
     +--|/|---+
 
-    What leads to no condition is not executed, as in Beremiz: 99 --- N.
+    Contacts have their values of this scan. A function is executed with the blocks, after the
+    transitions, so NOT has the value of the last scan: Two is left in scan 4. What leads to no
+    condition is not executed: 99 --- N.
 
-    Source: PLCopen TC6 XML 2.01, sfcObjects, transition/condition/connectionPointIn.
+    Source: PLCopen TC6 XML 2.01, sfcObjects, transition/condition/connectionPointIn; the generator
+    of Beremiz (COMPUTE_FUNCTION_BLOCKS).
     """
     networks = (
         _RAIL
@@ -93,7 +96,7 @@ def test_conditions_are_connected_to_networks(tmp_path: Path) -> None:
     body = _chart(_connected("10 11"), _connected("13.OUT"), networks, _COUNT)
     program = program_of(tmp_path, project("A B : BOOL; N : INT", body))
     got = scanned(program, "A B", "N", "0 1", "1 1", "1 1", "0 1", "0 1", "0 0")
-    assert got == ["0", "1", "2", "2", "2", "3"]
+    assert got == ["0", "1", "2", "3", "3", "4"]
 
 
 def test_a_block_of_conditions_is_executed_after_the_transitions(tmp_path: Path) -> None:

@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from plcopen_drawings import block, element, notes_of, program_of, project, scanned, text_of
+from structured_text.projects.open import project_sources
 
 _RAIL = element("leftPowerRail", 1, at="0 10")
 
@@ -183,3 +184,12 @@ def test_a_file_without_positions_has_no_note(tmp_path: Path) -> None:
     )
     text = project("A B C : BOOL", f"<FBD>{body}</FBD>", company="CODESYS")
     assert notes_of(tmp_path, text) == ""
+
+
+def test_a_body_that_is_replaced_has_no_note(tmp_path: Path) -> None:
+    """The order of execution of a diagram is not that of the text in its place."""
+    file, own = tmp_path / "plc.xml", tmp_path / "Main.st"
+    file.write_text(project("A B C : BOOL", f"<FBD>{_copies()}</FBD>"), encoding="utf-8")
+    own.write_text("C := A;\n", encoding="utf-8")
+    assert len(project_sources([file], {}).notes) == 1
+    assert not project_sources([file], {"Main": own}).notes

@@ -220,3 +220,35 @@ def test_parameters_and_aliases_show_the_types_of_a_modules_tag(tmp_path: Path) 
     running.write("Rack_2_I.Pt0.Data", True)
     _run(running)
     assert [running.read(f"Main.{name}") for name in ("j", "a")] == [42, True]
+
+
+def test_an_output_may_stand_for_a_member_of_a_local_tag(tmp_path: Path) -> None:
+    """Lost is the member DN of the local timer; its type is that of the member, BOOL."""
+    aoi = (
+        '<AddOnInstructionDefinition Name="Watch"><Parameters><Parameter Name="Lost"'
+        ' TagType="Alias" AliasFor="Timer.DN" Usage="Output" Required="false"/></Parameters>'
+        '<LocalTags><LocalTag Name="Timer" DataType="TIMER"/></LocalTags><Routines>'
+        f"{routine('Logic', ['TON(Timer,?,?);'])}</Routines></AddOnInstructionDefinition>"
+    )
+    rungs = ["Watch(w);", "XIC(w.Lost)OTE(b);"]
+    running = program(written(tmp_path, rungs, tags={"w": "Watch"}, aois=aoi))
+    running.scan(0)
+    assert running.read("Main.b") is True
+
+
+def test_an_output_may_be_that_of_the_instance(tmp_path: Path) -> None:
+    """The call names Value of its own instance, which needs no assignment."""
+    running = program(_written(tmp_path, "Scale(m,i,m.Value,total);"))
+    _run(running, i=7)
+    assert running.read("Main.m.Value") == 14
+
+
+def test_rungs_of_enable_in_false_name_their_routine(tmp_path: Path) -> None:
+    """The rung 0 of Logix and that of EnableInFalse are different rungs."""
+    false, attributes = ["CLR(Value);"], ' ExecuteEnableInFalse="true"'
+    file = _written(tmp_path, "Scale(m,i,j,total);", false=false, attributes=attributes)
+    (unit,) = [one for one in read(file).units if one.name == "Scale"]
+    body = unit.piece.body
+    assert not isinstance(body, Foreign)
+    networks = list(dict.fromkeys(line.network for line in body if line.network))
+    assert networks == ["rung 0", "rung 1", "rung 0 of EnableInFalse"]

@@ -164,6 +164,24 @@ def test_gsv_leaves_its_destination_to_the_test(tmp_path: Path) -> None:
     assert running.read("Main.i") == 0x4000
 
 
+def test_cop_of_an_element_with_two_indices(tmp_path: Path) -> None:
+    """An element of a table is copied; several elements of it are not supported."""
+    running = program(written(tmp_path, ["COP(table[1,2],i,1);"], tags={"table": "DINT[2,3]"}))
+    running.write("Main.table[1,2]", 7)
+    running.scan(0)
+    assert running.read("Main.i") == 7
+    body = main_body(written(tmp_path, ["COP(table[1,0],list,3);"], tags={"table": "DINT[2,3]"}))
+    assert isinstance(body, Foreign)
+    assert "COP of a part of an array with several dimensions is not supported" in body.why
+
+
+def test_event_does_nothing_and_is_noted(tmp_path: Path) -> None:
+    (note,) = read(written(tmp_path, ["EVENT(Fast);"])).notes
+    assert note.endswith(
+        "EVENT does not start the task Fast, because a task of events does not run"
+    )
+
+
 @pytest.mark.parametrize(
     "rung", ["MSG(m);", "MSO(axis,m);", "PID(p,i,0,j,0,0,0);", "GSV(A,b,C,i);"]
 )

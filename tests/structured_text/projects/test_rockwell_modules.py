@@ -14,6 +14,8 @@ from structured_text.errors import InputError
 from structured_text.language.load import load
 from structured_text.language.source import source_text
 from structured_text.projects.open import Sources, project_sources
+from structured_text.projects.rockwell.uses import Use, module_uses
+from structured_text.projects.xml import read_xml
 
 _L5X = """<RSLogix5000Content><Controller Name="C"><Modules>{modules}</Modules>
 <Tags>{shared}</Tags>
@@ -203,3 +205,49 @@ def test_bits_of_an_alias_show_the_type_of_a_module_without_data(tmp_path: Path)
     shared = '<Tag Name="Panel" TagType="Alias" AliasFor="Net:2:O"/>'
     program = _program(_sources(tmp_path, "Panel.Data.5 := TRUE; a := TRUE;", shared=shared))
     assert program.read("Net_2_O.Data") == 32
+
+
+def _uses(folder: Path, text: str) -> dict[str, Use]:
+    file = folder / "uses.L5X"
+    file.write_text(f"<A><Routine><Text>XIC(s:fs)OTE(a);</Text><Line>{text}</Line></Routine></A>")
+    return module_uses(read_xml(file))
+
+
+def test_an_assignment_that_is_not_retentive_is_not_an_index(tmp_path: Path) -> None:
+    """The brackets of `[:=]`, in a chart of Logix, are not those of an element."""
+    found = _uses(tmp_path, "Net:2:O.Data.6[:=]1;")["NET:2:O"].members["DATA"]
+    assert found.shape() == "DINT"
+
+
+def test_the_flag_of_the_first_scan_is_not_a_tag_of_a_module(tmp_path: Path) -> None:
+    """It may be in small letters."""
+    assert list(_uses(tmp_path, "X:1:I.Data.1 := TRUE;")) == ["X:1:I"]
+
+
+def test_values_of_the_controller_are_left_to_the_test(tmp_path: Path) -> None:
+    """GSV in Structured Text keeps its destination, SSV and EVENT do nothing; a note names each."""
+    code = "GSV(Module, Card, EntryStatus, n); SSV(Task, THIS, Rate, n); EVENT(Fast); a := TRUE;"
+    sources = _sources(tmp_path, code)
+    assert [note.partition(": ")[2] for note in sources.notes] == [
+        "GSV of Module Card, EntryStatus does not read it, and n keeps its value; "
+        "a test can set it",
+        "SSV of Task THIS, Rate does not set it",
+        "EVENT does not start the task Fast, because a task of events does not run",
+    ]
+    program = _program(sources)
+    program.write("Main.n", 7)
+    program.scan(10_000)
+    assert [program.read(f"Main.{name}") for name in ("n", "a")] == [7, True]
+
+
+@pytest.mark.parametrize(
+    ("code", "why"),
+    [
+        ("GSV(Axis, X, Y, n);", "GSV of Axis is not supported"),
+        ("GSV(Module, X, n);", "GSV has 3 operands"),
+        ("GSV(Module, X, Y, q);", "there is no tag q"),
+    ],
+)
+def test_a_wrong_value_of_the_controller_is_named(tmp_path: Path, code: str, why: str) -> None:
+    with pytest.raises(InputError, match=why):
+        _sources(tmp_path, code)

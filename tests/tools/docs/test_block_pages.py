@@ -138,6 +138,19 @@ def test_the_chart_of_pick_and_place_shows_stage_hand_and_motion() -> None:
     assert [one for one in stages if one.startswith("to ")] == ["to source", "to target"]
 
 
+def test_the_ladder_of_a_block_has_the_statements_that_its_page_shows() -> None:
+    """FB_ServoOn has a contact Start at Execute; FB_ReadArea and FB_WriteArea are left out."""
+    drawn = (ROOT / "docs/reference/blocks/ladders/FB_ServoOn.svg").read_text(encoding="utf-8")
+    assert "![The example as ladder, one network](ladders/FB_ServoOn.svg)" in _page("FB_ServoOn")
+    assert sorted(re.findall(r"<text[^>]*>([^<]+)</text>", drawn)) == [
+        *("Active", "Busy", "Done", "Error", "ErrorID", "Execute", "FB_ServoOn"),
+        *("Robot", "Robot", "ServoOn", "Start", "Timeout"),
+    ]
+    both = (ROOT / "docs/reference/blocks/ladders/FB_PickPlace.svg").read_text(encoding="utf-8")
+    assert re.findall(r"Network \d</text>", both) == ["Network 1</text>", "Network 2</text>"]
+    assert "2 networks](ladders/FB_PickPlace.svg)" in _page("FB_PickPlace")
+
+
 def test_a_movement_has_its_pins_with_unit_range_and_default() -> None:
     """Source: remote command guide 4.2.1, PTP designation."""
     page = _page("FB_MovePtp")

@@ -9,6 +9,7 @@ from pathlib import Path
 
 import pytest
 
+from for_each import for_each
 from rcx_tools.docs import pages as docs
 
 _ROOT = Path(docs.__file__).resolve().parents[3]
@@ -30,13 +31,13 @@ def _links(page: str) -> list[tuple[str, str]]:
     return re.findall(r"\]\(([^)#:]*)(?:#([^)]+))?\)", text)
 
 
-@pytest.mark.parametrize("page", docs.pages())
+@for_each("page", docs.pages())
 def test_every_link_of_a_page_leads_to_a_file(page: str) -> None:
     for target, _ in _links(page):
         assert ((_ROOT / page).parent / target).exists(), target
 
 
-@pytest.mark.parametrize("page", _BY_HAND)
+@for_each("page", _BY_HAND)
 def test_every_link_of_a_page_written_by_hand_leads_to_a_file_and_a_heading(page: str) -> None:
     for target, anchor in _links(page):
         there = (_ROOT / page).parent / target if target else _ROOT / page
@@ -98,7 +99,7 @@ def test_the_changelog_begins_with_the_version_of_the_package() -> None:
     assert headings[0].split()[0] == metadata.version("rcx-harness")
 
 
-@pytest.mark.parametrize("page", _BY_HAND)
+@for_each("page", _BY_HAND)
 def test_a_page_names_the_wheel_by_its_path_and_version(page: str) -> None:
     """A page installs the wheel by its path, since the package is not on an index.
 

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import pytest
 
+from for_each import for_each
 from rcx_tools.evidence.checks import CHECKS
 from rcx_tools.evidence.mutants import __main__ as command
 from rcx_tools.evidence.mutants.copies import Copies
@@ -533,7 +534,7 @@ def test_there_are_at_least_30_seeded_bugs_and_some_of_every_kind() -> None:
         assert sum(part in file for file in files) >= 3, part
 
 
-@pytest.mark.parametrize("bug", _BUGS, ids=lambda bug: bug.name)
+@for_each("bug", _BUGS)
 def test_the_tests_of_a_seeded_bug_are_in_the_folders_of_the_changed_code(bug: Bug) -> None:
     """The tests of each seeded bug are in the folders of the code that the bug changes."""
     part = file_key(bug.file).partition("/")[0]

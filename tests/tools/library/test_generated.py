@@ -6,6 +6,7 @@ import re
 
 import pytest
 
+from for_each import for_each
 from plc_bench import ROOT
 from rcx_harness import spec
 from rcx_tools.library import files, library
@@ -23,7 +24,7 @@ def _parts(name: str) -> tuple[str, str, str]:
     return call, found + response, text[end:]
 
 
-@pytest.mark.parametrize("name", BLOCKS)
+@for_each("name", BLOCKS)
 def test_all_generated_blocks_are_built_alike(name: str) -> None:
     """All generated blocks are built alike, so two of them stand for all in the fault tests."""
     call, _, end = _parts(name)
@@ -32,7 +33,7 @@ def test_all_generated_blocks_are_built_alike(name: str) -> None:
     assert end == expected_end
 
 
-@pytest.mark.parametrize("name", BLOCKS)
+@for_each("name", BLOCKS)
 def test_a_block_samples_its_inputs_only_before_it_works(name: str) -> None:
     """A block samples its inputs before its command begins.
 
@@ -62,7 +63,7 @@ _FOLDERS = {
 }
 
 
-@pytest.mark.parametrize("name", library().blocks)
+@for_each("name", library().blocks)
 def test_a_command_block_is_in_the_folder_of_its_category(name: str) -> None:
     """Source: remote command guide, headings of 4.2 to 4.9."""
     (file,) = (ROOT / "plc/lib").rglob(f"{name}.st")

@@ -7,6 +7,7 @@ import { Axis, duration, neighbour, seconds, snapped, ticks } from "./axis.js";
 import { Events, Lane, countUntil, reader, speed } from "./data.js";
 import { pieces } from "./draw.js";
 import { commentAt, placeText } from "./listing.js";
+import { bitOf, statesOf } from "./networks.js";
 import { Player, reached } from "./play.js";
 import { nextTime, placesAt } from "./programs.js";
 import { figure, jointsOf } from "./robot.js";
@@ -263,4 +264,84 @@ test("a program is where its task is at a time, and a click leads to the next ti
   const next = (line, t) => nextTime(entry, "PLACE", line, t)?.t;
   assert.deepEqual([next(4, 0), next(4, 10), next(4, 30), next(9, 0)], [10, 30, 10, undefined]);
   assert.equal(next(7, 20), 20); // at 25 it is stopped there
+});
+
+const from = (...ends) => [{ pin: "", from: ends.map((end) => end.split(".").concat("").slice(0, 2)), always: null, negated: false, edge: false }];
+const tests = (id, path, source, negated = false) => ({ id, kind: "contact", in: from(source), name: path, tests: path, negated });
+
+test("the power of a rung flows through contacts, and what is not known is not off", () => {
+  const rung = [tests("1", "A", ""), tests("2", "B", "1", true), { id: "3", kind: "coil", in: from("2"), name: "Q", stores: false, negated: false }];
+  const at = (values) => {
+    const { power, symbol, name } = statesOf(rung, (path) => values[path]);
+    return [power("1"), power("2"), symbol("2"), symbol("3"), power("3"), name("3")];
+  };
+  assert.deepEqual(at({ A: true, B: false, Q: true }), [true, true, true, true, true, true]);
+  assert.deepEqual(at({ A: true, B: true, Q: false }), [true, false, false, false, false, false]);
+  assert.deepEqual(at({ A: false, Q: false }), [false, false, null, false, false, false]);
+  assert.deepEqual(at({ A: true }), [true, null, null, null, null, null]);
+  // Of a coil that assigns, the variable says what its power was; of one that sets, it does not.
+  assert.equal(at({ A: true, Q: true })[3], true);
+  rung[2].stores = true;
+  assert.equal(at({ A: true, Q: true })[3], null);
+});
+
+test("parallel lines are joined by OR, and a closed line hides one that is not known", () => {
+  const both = [tests("1", "A", ""), tests("2", "B", ""), { id: "3", kind: "coil", in: from("1", "2"), name: null, stores: true }];
+  const coil = (values) => statesOf(both, (path) => values[path]).symbol("3");
+  assert.deepEqual([{ A: true }, { A: false }, { A: false, B: false }].map(coil), [true, null, false]);
+  // Behind such a coil, tools differ; but not at the right rail.
+  assert.equal(statesOf(both, () => true).power("3"), true);
+  both.push(tests("4", "C", "3"));
+  assert.equal(statesOf(both, () => true).power("3"), null);
+});
+
+test("a block has the values of its outputs; operators are calculated", () => {
+  const pins = (...ends) => ends.map((end, k) => ({ ...from(end)[0], pin: `IN${k + 1}` }));
+  const out = [{ pin: "OUT", name: null, negated: false, number: false }];
+  const reads = ["A", "B"].map((path, k) => ({ id: String(k + 1), kind: "read", in: [], name: path, always: null, negated: false, number: false }));
+  const made = (type, values) => statesOf([...reads, { id: "9", kind: "block", type, in: pins("1", "2"), out }], (path) => values[path]).power("9", "OUT");
+  assert.deepEqual(["AND", "OR", "XOR", "GT"].map((type) => made(type, { A: true, B: false })), [false, true, true, null]);
+  assert.deepEqual(["AND", "OR", "XOR"].map((type) => made(type, { A: true })), [null, true, null]);
+  const timer = { id: "9", kind: "block", type: "", in: [], out: [
+    { pin: "Q", name: "T.Q", negated: true, number: false },
+    { pin: "ET", name: "T.ET", negated: false, number: true },
+  ] };
+  const { power, path } = statesOf([timer], (name) => ({ "T.Q": false, "T.ET": "T#5ms" })[name]);
+  assert.deepEqual([power("9", "Q"), power("9", "ET"), path("9", "ET")], [true, undefined, "T.ET"]);
+});
+
+test("integers are compared, if the comparison is executed", () => {
+  const pins = (...ends) => ends.map(([pin, end]) => ({ ...from(end)[0], pin, constant: null }));
+  const reads = [tests("0", "Go", ""), { id: "1", kind: "read", in: [], name: "N", always: null, constant: null, number: true }, { id: "2", kind: "read", in: [], name: null, always: null, constant: 7, number: true }];
+  const out = [{ pin: "OUT", name: null, negated: false, number: false }];
+  const made = (type, values) => statesOf([...reads, { id: "9", kind: "block", type, in: pins(["EN", "0"], ["IN1", "1"], ["IN2", "2"]), out }], (path) => values[path]).power("9", "OUT");
+  const all = (N) => ["GT", "GE", "EQ", "LE", "LT", "NE"].map((type) => made(type, { Go: true, N }));
+  assert.deepEqual(all(6), [false, false, false, true, true, true]);
+  assert.deepEqual(all(7), [false, true, true, true, false, false]);
+  assert.deepEqual([made("GT", { Go: false, N: 8 }), made("GT", { Go: true }), made("GT", { Go: true, N: "T#8s" })], [null, null, null]);
+  // A contact that compares, as an instruction of Logix does.
+  const tested = { ...tests("1", null, ""), compare: ["LE", { name: "N", constant: null }, { name: null, constant: 7 }] };
+  assert.deepEqual([7, 8, "x"].map((n) => statesOf([tested], () => n).power("1")), [true, false, null]);
+  // An integer at the pin itself, and three inputs.
+  const three = [...pins(["IN1", "1"], ["IN2", "2"]), { pin: "IN3", from: [], always: null, constant: 9, negated: false, edge: false }];
+  const block = { id: "9", kind: "block", type: "LT", in: three, out };
+  assert.deepEqual([6, 7].map((n) => statesOf([...reads, block], () => n).power("9", "OUT")), [true, false]);
+});
+
+test("a bit of an integer is known", () => {
+  assert.deepEqual([0, 1, 2, 3, 31].map((bit) => bitOf(10, bit)), [false, true, false, true, false]);
+  // -2 is 16#FFFE in 16 bits.
+  assert.deepEqual([0, 1, 15].map((bit) => bitOf(-2, bit)), [false, true, true]);
+  assert.equal(bitOf("T#1s", 0), undefined);
+});
+
+test("ENO has the power of EN, and an edge at a pin and a loop are not known", () => {
+  const enabled = { id: "2", kind: "block", type: "MOVE", in: [{ ...from("1")[0], pin: "EN" }], out: [{ pin: "ENO", name: null, negated: false, number: false }] };
+  const both = [tests("1", "A", ""), enabled];
+  assert.equal(statesOf(both, () => true).power("2", "ENO"), true);
+  assert.equal(statesOf(both, () => false).power("2", "ENO"), false);
+  enabled.in[0].edge = true;
+  assert.equal(statesOf(both, () => true).power("2", "ENO"), null);
+  const loop = [{ id: "1", kind: "connector", line: "X", in: from("2") }, { id: "2", kind: "continuation", line: "X", in: [] }];
+  assert.equal(statesOf(loop, () => true).power("2"), null);
 });

@@ -11,11 +11,14 @@ from typing import Any
 import pytest
 
 from browser import NEEDS_BROWSER, chromium
+from plcopen_drawings import element, program_of, project
 from rcx_harness import Cell
 from rcx_harness.robot import Axis, Controller, RobotConfig
 from rcx_harness.robot.shape import shapes
-from rcx_harness.trace import Cycle
+from rcx_harness.trace import Cycle, Scan
+from rcx_harness.trace.view.networks import DrawnProgram
 from rcx_harness.trace.view.page import View
+from structured_text.projects.sources import source_files
 
 #: A browser takes seconds. The quick tier runs only the page of the panel.
 pytestmark = [NEEDS_BROWSER, pytest.mark.exhaustive]
@@ -459,3 +462,46 @@ def test_listings_fit_the_window(browser: WebDriver, programmed: Path, width: in
         assert page.run("document.querySelector('#programs .lines').clientHeight") >= 90
     finally:
         browser.execute_cdp_cmd("Emulation.clearDeviceMetricsOverride", {})
+
+
+@pytest.fixture(scope="module")
+def drawn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the page of three scans of a rung: Start is TRUE in the second one."""
+    folder = tmp_path_factory.mktemp("drawn")
+    rung = element("leftPowerRail", 1) + element("contact", 2, "Start", "1", at="50 0")
+    rung += element("contact", 3, "A[N]", "2", at="80 0")
+    rung += element("coil", 4, "Motor", "3", at="99 0", storage="set")
+    shown = element("inVariable", 5, "N", at="0 99") + element(
+        "outVariable", 6, "M", "5", at="50 99"
+    )
+    text = project("Start Motor : BOOL; A : Bits; N M : INT", f"<LD>{rung}{shown}</LD>")
+    bits = '<dataType name="Bits"><baseType><array><dimension lower="0" upper="1"/>'
+    bits += "<baseType><BOOL/></baseType></array></baseType></dataType>"
+    text = text.replace("<types>", f"<types><dataTypes>{bits}</dataTypes>")
+    program = program_of(folder, text)
+    networks = DrawnProgram(program, source_files(folder / "plc.xml", None).own)
+    view = View(networks.header({"scan_us": 10_000}), networks.groups)
+    for number in range(3):
+        program.write("Main.Start", number == 1)
+        program.write("Main.N", number % 2)
+        program.scan(number * 10_000)
+        view.take(networks.filled(Scan(number * 10_000, number, bytes(48), bytes(48))))
+    page = folder / "page.html"
+    page.write_text(view.page("drawn"), encoding="utf-8")
+    return page
+
+
+def test_the_networks_show_what_has_power_at_the_cursor(browser: WebDriver, drawn: Path) -> None:
+    """A[N] depends on an index, so it is not known; nor is the power of the coil behind it."""
+    page = Page(browser, drawn)
+    page.until(lambda: page.text("#networks .when") == "at the end")
+    values = "[...document.querySelectorAll('#networks tspan')].map((one) => one.textContent)"
+    assert page.run(values) == ["0", "0"]
+    assert page.run("document.querySelectorAll('#networks path.on').length") == 2
+    page.run("document.querySelector('#networks [data-name]').dispatchEvent(new Event('click'))")
+    assert page.text("#selected") == "Main.Start"
+    page.press("Home", ".")
+    page.until(lambda: page.text("#networks .when") == "at 0.010 s")
+    assert page.run(values) == ["1", "1"]
+    assert page.run("document.querySelectorAll('#networks path.on').length") == 4
+    assert page.run("document.querySelectorAll('#networks path.unknown').length") == 4

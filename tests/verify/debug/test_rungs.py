@@ -12,10 +12,12 @@ from typing import Any
 import pytest
 
 from drawing import drawing_files
-from editor import Editor
+from editor import Editor, RefusedError
+from plcopen_drawings import element, project
 from structured_text import Bench
 from structured_text.debug.bench import BenchMachine
 from structured_text.debug.session import Launched
+from structured_text.projects.sources import source_files
 
 
 @pytest.fixture
@@ -129,3 +131,34 @@ def test_where_names_the_rung(debugged: Editor) -> None:
     assert debugged.say(".where") == (
         "scan 1, 0 ms: PLC: Main (Main), rung 2: Motor := Lamp, line 6"
     )
+
+
+def test_the_console_draws_the_rung_with_what_has_power(tmp_path: Path) -> None:
+    """Start is TRUE, and the trigger of its edge has been called; the coil is next."""
+    rung = element("leftPowerRail", 1) + element("contact", 2, "Start", "1", edge="rising")
+    rung += element("contact", 3, "Bits.1", "2", at="9 0", negated="true")
+    rung += element("coil", 4, "Motor", "3", at="20 0", storage="set")
+    rung += element("inVariable", 5, "N", at="0 99") + element("outVariable", 6, "M", "5", "9 99")
+    text = project("Start Motor : BOOL; Bits : WORD; N M : INT", f"<LD>{rung}</LD>")
+    (tmp_path / "plc.xml").write_text(text, encoding="utf-8")
+    bench = Bench.build(source_files(tmp_path / "plc.xml", None), engine="builtin", scan="10ms")
+    bench["Main.Start"] = True
+    bench["Main.N"] = 7
+    editor = Editor(lambda _: Launched(BenchMachine(bench, 60_000, "60ms")))
+    editor.start(stopOnEntry=True)
+    editor.go("next")
+    assert editor.say(".draw").splitlines() == [
+        "Network 1",
+        "┃  Start = TRUE  Bits.1 = FALSE  Motor = FALSE  │",
+        "┃━━━━━━┤P├━━━━━━━━━━━━┤/├━━━━━━━━━━━━━(S)━━━━━━━│",
+    ]
+    editor.go("next")
+    editor.go("next")
+    assert editor.say(".draw").splitlines() == ["Network 2", "N = 7──M = 0"]
+    editor.close()
+
+
+def test_a_statement_of_text_has_no_drawing(debugged: Editor) -> None:
+    """The lines of this program name rungs, but no reader has given their diagram."""
+    with pytest.raises(RefusedError, match="this statement has no drawing"):
+        debugged.say(".draw")

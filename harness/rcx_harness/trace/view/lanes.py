@@ -283,6 +283,10 @@ class Variables:
         plain = isinstance(written, str) and name not in _STRINGS
         return self._lanes.text(written if plain else value_text(kind, value))
 
+    def table(self, places: Mapping[int, int]) -> dict[str, int]:
+        """Return the number of each variable's lane in the page by its path in upper case."""
+        return {path.upper(): places[id(lane)] for path, lane in self._made.items()}
+
     def groups(self) -> Iterator[Group]:
         """Yield the groups: program variables, pins of each block, members of each structure."""
         found: dict[str, list[Lane]] = {}

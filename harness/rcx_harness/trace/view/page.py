@@ -6,7 +6,7 @@ import base64
 import json
 import re
 import zlib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from html import escape
 from importlib.resources import files
 from math import gcd
@@ -20,6 +20,7 @@ from rcx_harness.trace.view.programs import Programs
 from rcx_harness.trace.view.robots import Robots
 from rcx_harness.watch.sections import section_of
 from structured_text.errors import InputError, Violation
+from structured_text.projects.diagrams.networks.draw.svg import RULES
 
 __all__ = ["SCRIPTS", "View"]
 
@@ -34,6 +35,7 @@ SCRIPTS = (
     "robots.js",
     "listing.js",
     "programs.js",
+    "networks.js",
     "play.js",
     "page.js",
 )
@@ -55,10 +57,17 @@ class View:
     """The maker of a page from the records of a recording.
 
     Call `take` for each record, then `page`.
+
+    Args:
+        header: The header of the trace.
+        networks: The drawn networks (`DrawnProgram.groups`). They become a part of the page as they
+            are, so they must not come from a file.
     """
 
-    def __init__(self, header: Mapping[str, Any]) -> None:
-        self._header = header
+    def __init__(
+        self, header: Mapping[str, Any], networks: Sequence[Mapping[str, Any]] = ()
+    ) -> None:
+        self._header, self._networks = header, networks
         self._lanes = Lanes()
         self._wires: dict[int, dict[type, Wire]] = {}
         self._rules = self._lanes.new("Rules broken", Texts(), "rule")
@@ -191,7 +200,7 @@ class View:
         script = "\n".join(_MODULE.sub("", _asset(name)) for name in SCRIPTS)
         filled = {
             "TITLE": escape(title),
-            "STYLE": style,
+            "STYLE": f"{style}{RULES}\n",
             "DATA": base64.b64encode(self._packed(title)).decode(),
             "SCRIPT": script,
         }
@@ -215,6 +224,8 @@ class View:
             "sections": self._sections,
             "robots": self._robots.table(places),
             "programs": self._programs.table(places),
+            "networks": list(self._networks),
+            "variables": self._variables.table(places) if self._networks else {},
             "groups": [
                 {"title": one.title, "open": one.open, "lanes": [places[id(k)] for k in one.lanes]}
                 for one in groups

@@ -11,6 +11,7 @@ from functools import partial
 from pathlib import Path
 
 from rcx_tools.docs.blocks.examples import program, snippets, stimulus
+from rcx_tools.docs.blocks.ladders import LADDER_MARK, block_ladder
 from rcx_tools.docs.blocks.page import (
     CHART_MARK,
     MARK,
@@ -28,6 +29,7 @@ _GENERATED = (
     "# Generated from docs/reference/blocks",
     " * Generated from docs/reference/blocks",
     CHART_MARK,
+    LADDER_MARK,
 )
 
 
@@ -41,7 +43,10 @@ def files() -> dict[str, Callable[[], str]]:
 
 
 def files_of(name: str) -> dict[str, Callable[[], str]]:
-    """Return the generators of a block: page, and program, stimulus and chart of its example."""
+    """Return the generators of a block: its page, and the files of its example.
+
+    These are program, stimulus, chart and ladder.
+    """
     written: dict[str, Callable[[], str]] = {
         f"docs/reference/blocks/{name}.md": partial(block_page, name)
     }
@@ -50,6 +55,7 @@ def files_of(name: str) -> dict[str, Callable[[], str]]:
         for path, render in ((snippet.path, program), (snippet.stimulus_path, stimulus)):
             written[path.relative_to(ROOT).as_posix()] = partial(render, snippet)
         written[f"docs/reference/blocks/charts/{name}.svg"] = partial(block_chart, name)
+        written[f"docs/reference/blocks/ladders/{name}.svg"] = partial(block_ladder, name)
     return written
 
 

@@ -22,6 +22,7 @@ __all__ = [
     "Step",
     "own_pins",
     "program",
+    "shows_all",
     "snippets",
     "stimulus",
 ]
@@ -205,6 +206,14 @@ def _snippet(
         buttons=tuple(buttons),
         **rest,
     )
+
+
+def shows_all(snippet: Snippet) -> bool:
+    """Return whether the page of a block shows the whole program.
+
+    Otherwise it leaves out the calls of FB_ReadArea and FB_WriteArea.
+    """
+    return not snippet.steps or any(step.after for step in snippet.steps)
 
 
 def program(snippet: Snippet) -> str:

@@ -11,7 +11,16 @@ from typing import Any
 
 from rcx_harness import spec
 from rcx_harness.trace.chart_svg import svg_chart
-from rcx_tools.docs.blocks.examples import FOLDER, Snippet, own_pins, program, snippets, without
+from rcx_tools.docs.blocks.examples import (
+    FOLDER,
+    Snippet,
+    own_pins,
+    program,
+    shows_all,
+    snippets,
+    without,
+)
+from rcx_tools.docs.blocks.ladders import ladder_text
 from rcx_tools.docs.blocks.ranges import range_of
 from rcx_tools.docs.blocks.runs import Run, run_of
 from rcx_tools.docs.blocks.source import ROOT, Pin, Pou, kinds, pous
@@ -259,6 +268,7 @@ def _example(run: Run) -> Iterator[str]:
     snippet = run.snippet
     yield "\n## Example\n"
     yield f"```iecst\n{_code(snippet)}\n```\n"
+    yield ladder_text(snippet.pou.name)
     if snippet.about:
         yield f"{snippet.about}\n"
     files = [f"programs/{snippet.path.name}", f"programs/{snippet.stimulus_path.name}"]
@@ -313,7 +323,7 @@ def _code(snippet: Snippet) -> str:
     declared = text.partition("  VAR\n")[2].partition("  END_VAR")[0].splitlines()
     rows = [line[4:] for line in declared if line.split()[0] in names]
     body = text.partition("END_VAR\n\n")[2].partition("END_PROGRAM")[0]
-    if names and not any(step.after for step in snippet.steps):
+    if not shows_all(snippet):
         begin, end = body.index("\n\n") + 2, body.rindex("\n\n")
         body = body[begin:end]
     lines = [line.removeprefix("  ") for line in body.strip("\n").splitlines()]

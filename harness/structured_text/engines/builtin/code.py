@@ -15,7 +15,7 @@ class Code:
         file: File name that Python shows for the code in a traceback.
         first: Number of generated lines before the first line of a POU.
         origins: File and line of the Structured Text for each generated line of a POU.
-        body: The compiled code, as `marshal` writes it.
+        body: The compiled code as `marshal` writes it: a tuple of code objects, run in order.
     """
 
     file: str

@@ -171,7 +171,7 @@ class Collector:
     def counts(self, pou: Pou, plan: Plan, project: Project) -> Counts | None:
         """Return the counters of a POU; None if its source is not counted."""
         file = _resolved(os.path.abspath(pou.file))
-        if not self._counts(file):
+        if not self._counts(file) or _is_generated(pou, project):
             return None
         # The plan also depends on constants of other files, so one text can have several plans.
         shape = plan.size, *(len(one.conditions) for one in plan.decisions)
@@ -216,6 +216,16 @@ class Collector:
     def counted(self) -> list[Counted]:
         """Return all counted POUs."""
         return list(self._counted.values())
+
+
+def _is_generated(pou: Pou, project: Project) -> bool:
+    """Return whether the file of a POU has no text of it, because a reader has added the POU."""
+    return any(
+        getattr(one, "generated", False)
+        and str(one) == pou.file
+        and getattr(one, "title", "").upper() == pou.name.upper()
+        for one in project.files
+    )
 
 
 @lru_cache(maxsize=1024)

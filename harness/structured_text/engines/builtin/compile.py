@@ -9,6 +9,10 @@ compiled code is cached as `marshal` writes it.
 from __future__ import annotations
 
 import marshal
+import re
+from collections.abc import Iterator
+from functools import lru_cache
+from types import CodeType
 from typing import Any
 
 from structured_text.engines.builtin.code import Code
@@ -24,6 +28,9 @@ from structured_text.language.project import Project
 from structured_text.language.tree import Pou, Symbol
 
 __all__ = ["compiled"]
+
+#: The beginning of a class or function of the generated code.
+_PARTS = re.compile(r"^(?=class |def )", re.MULTILINE)
 
 
 def compiled(project: Project, collector: Collector | None, names: dict[str, Any]) -> Code:
@@ -59,7 +66,35 @@ def _written(project: Project, collector: Collector | None, names: dict[str, Any
     first = len(storage.lines)
     file = f"<{project.files[0].name} and {len(project.files) - 1} more>"
     text = "\n".join([*storage.lines, *lines, ""])
-    return Code(file, first, origins, marshal.dumps(compile(text, file, "exec")))
+    return Code(file, first, origins, marshal.dumps(tuple(_code(text, file))))
+
+
+def _code(text: str, file: str) -> Iterator[CodeType]:
+    """Yield the code of a text by its classes and functions.
+
+    Most of them belong to the library. Each is compiled once for all projects that contain it.
+    """
+    line = 0
+    for part in _PARTS.split(text):
+        yield _placed(_part(part), file, line)
+        line += part.count("\n")
+
+
+@lru_cache(maxsize=2048)
+def _part(text: str) -> CodeType:
+    return compile(text, "", "exec", dont_inherit=True)
+
+
+def _placed(code: CodeType, file: str, line: int) -> CodeType:
+    """Return code with its file, and with line numbers that begin after `line`."""
+    return code.replace(
+        co_filename=file,
+        co_firstlineno=code.co_firstlineno + line,
+        co_consts=tuple(
+            _placed(value, file, line) if isinstance(value, CodeType) else value
+            for value in code.co_consts
+        ),
+    )
 
 
 def _writer(

@@ -58,7 +58,8 @@ class Module:
             return compiled(project, collector, self.names)
 
         self._code = cache.kept("code", project.key if collector is None else "", made)
-        exec(marshal.loads(self._code.body), self.names)
+        for part in marshal.loads(self._code.body):
+            exec(part, self.names)
 
     def note_calls(self, blocks: Mapping[str, int | None]) -> deque[tuple[int, int]]:
         """Replace the functions of these blocks by functions that record each call.

@@ -1,14 +1,15 @@
 """Diagrams in a chart of PLCopen XML: actions and conditions in LD and FBD.
 
 The value of a condition is assigned to a variable before the transitions are evaluated. Blocks of
-conditions are executed as Beremiz does it: in an action that is always active, after the evaluation
-of the transitions. The conditions use their outputs of the last scan.
+conditions, also functions that are drawn as blocks, are executed as Beremiz does it: in an action
+that is always active, after the evaluation of the transitions. The conditions use their outputs of
+the last scan.
 """
 
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
 
 from structured_text.language.source import Line
@@ -16,9 +17,12 @@ from structured_text.projects.diagrams.networks.check import inputs_of, wrong
 from structured_text.projects.diagrams.networks.model import (
     Block,
     Coil,
+    Connection,
     Contact,
     Diagram,
     Element,
+    Input,
+    InVariable,
     OutVariable,
 )
 from structured_text.projects.diagrams.sfc.check import ChartError
@@ -110,22 +114,71 @@ class Diagrams:
         self._compute(replace(diagram, elements=tuple(elements)), variable)
         return variable
 
-    def _variable(self, at: int) -> str:
+    def _variable(self, at: int, word: str = "Condition") -> str:
         self._count += 1
-        variable = self._names.of("Condition", str(self._count))
+        variable = self._names.of(word, str(self._count))
         self.section += made(at, "  VAR", f"    {variable} : BOOL;", "  END_VAR")
         return variable
 
     def _compute(self, diagram: Diagram, *variables: str) -> None:
-        lines = self._translate(diagram)
         if not diagram.by_position:
+            lines = self._translate(diagram)
             _check_memory(diagram)
             self.before += lines
             return
+        lines = self._translate(self._stored(diagram, variables))
         own = re.compile(rf"\b({'|'.join(variables)})\s*:=")
         for statement in statements_of(lines):
             is_condition = own.search("\n".join(line.text for line in statement))
             (self.before if is_condition else self.blocks).extend(statement)
+
+    def _stored(self, diagram: Diagram, variables: Sequence[str]) -> Diagram:
+        """Return a diagram in which conditions read the results of functions from variables.
+
+        Another output assigns such a variable, so that the function is executed with the blocks.
+        """
+        known = {one.id: one for one in diagram.elements}
+        made: dict[Connection, tuple[Element, Element]] = {}
+        changed: dict[str, Element] = {}
+        waiting = [one for one in diagram.elements if _written(one) in variables]
+        for one in waiting:  # grows
+            if not isinstance(one, (Contact, Coil, OutVariable)) or one.id in changed:
+                continue
+            lines = []
+            for line in one.input.connections:
+                source = known.get(line.source)
+                if isinstance(source, Block):
+                    if not source.instance and line not in made:
+                        made[line] = self._store(source, line, one)
+                    lines.append(Connection(made[line][1].id) if line in made else line)
+                else:
+                    lines.append(line)
+                    waiting += [source] if source is not None else []
+            changed[one.id] = replace(one, input=replace(one.input, connections=tuple(lines)))
+        own = [changed.get(one.id, one) for one in diagram.elements]
+        added = [element for pair in made.values() for element in pair]
+        return replace(diagram, elements=(*added, *own))
+
+    def _store(self, block: Block, line: Connection, end: Element) -> tuple[Element, Element]:
+        """Return the output that stores the result of a function, and the input that reads it."""
+        variable = self._variable(block.at, "Result")
+        given = Input(connections=(line,))
+        stores = OutVariable(
+            f"{variable} :=",
+            block.network,
+            position=end.position,
+            at=block.at,
+            expression=variable,
+            input=given,
+        )
+        return stores, InVariable(variable, block.network, at=block.at, expression=variable)
+
+
+def _written(element: Element) -> str:
+    """Return the variable that an element writes; empty for other elements."""
+    if isinstance(element, OutVariable):
+        return element.expression
+    return element.variable if isinstance(element, Coil) else ""
 
 
 def statements_of(lines: Lines) -> Iterator[Lines]:

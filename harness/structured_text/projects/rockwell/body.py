@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from structured_text.language.source import Line
@@ -14,14 +15,18 @@ from structured_text.projects.rockwell.expression_reader import (
     bare,
     tokens_of,
 )
+from structured_text.projects.rockwell.sheets.blocks import CALLED, NO_TEXT
+from structured_text.projects.rockwell.sheets.statements import no_array
 from structured_text.projects.rockwell.subroutines import SubroutineReader
+from structured_text.projects.rockwell.system import SYSTEM_HINT, is_known_class, note_of
 
 __all__ = ["translated"]
 
+#: Matches an index that is not a number.
+_VARYING = re.compile(r"\[[^\]]*[^\d\s,\]]")
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
 #: Instructions for texts, with the number of arguments behind the first one.
 _TEXTS = {"MID": 3, "DELETE": 3, "CONCAT": 2, "INSERT": 3}
-_BLOCKS = {"TONR": "FBD_TIMER", "OSRI": "FBD_ONESHOT", "OSFI": "FBD_ONESHOT"}
 
 
 def translated(lines: Sequence[Line], routine: Routine) -> tuple[Line, ...]:
@@ -159,15 +164,12 @@ class _Statements(SubroutineReader):
     def _assignment(self) -> Iterator[str]:
         token = self._peek()
         target, data = self._variable(written=True)
-        if self._peek().word == "[:=]":
-            raise self._error(
-                "[:=] is not supported: it is cleared when the controller starts",
-                token,
-                "write := and clear it in the first scan",
-            )
-        self._expect(":=")
-        value = self._value()
         types = self._routine.types
+        if self._take("[:=]"):
+            self._routine.cleared.append(self._cleared(target, data, token))
+        else:
+            self._expect(":=")
+        value = self._value()
         if types.is_string(data) or value[1] == "STRING":
             if not (types.is_string(data) and value[1] == "STRING"):
                 raise self._error(f"{target} and the value are not both texts", token)
@@ -179,6 +181,14 @@ class _Statements(SubroutineReader):
             yield f"{target} := {bare(text)};"
         else:
             raise self._error(f"{target} is copied by COP, not assigned", token)
+
+    def _cleared(self, target: str, data: Data, token: Token) -> str:
+        """Return the statement of the prescan for a tag left of `[:=]`."""
+        if not self._routine.types.is_simple(data) or _VARYING.search(target):
+            text = f"[:=] is not supported for {target}"
+            raise self._error(text, token, "write :=, and clear it in the first scan")
+        zero = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0"}.get(data.type, "0")
+        return f"{target} := {f'{STORED[data.type]}#0' if data.stored else zero};"
 
     # --- calls ----------------------------------------------------------------------------
 
@@ -201,26 +211,43 @@ class _Statements(SubroutineReader):
             )
         elif name in types.instructions:
             yield self._instruction(token)
-        elif name in _BLOCKS:
-            instance, data = self._variable()
-            if data.type.upper() != _BLOCKS[name]:
-                raise self._error(f"{instance} is not a {_BLOCKS[name]}", token)
-            self._expect(")")
-            yield (
-                f"{instance}();"
-                if name == "TONR"
-                else f"{instance}(Falling := {'TRUE' if name == 'OSFI' else 'FALSE'});"
-            )
+        elif name in CALLED and name not in NO_TEXT:
+            yield self._block(token)
         elif name in ("COP", "CPS"):
             yield from self._copy(token)
         elif name == "SIZE":
             yield self._size_of(token)
+        elif name in ("GSV", "SSV", "EVENT"):
+            self._system(token)
         elif name in _TEXTS:
             yield self._text_call(token)
         elif name == "FIND":
             yield from self._find(token)
         else:
             raise self._error(f"the instruction {token.text} is not supported", token)
+
+    def _system(self, token: Token) -> None:
+        """Read GSV, SSV or EVENT, of which only a note remains."""
+        operands = [""]
+        while self._peek().text not in (")", ""):
+            if self._take(","):
+                operands.append("")
+                if len(operands) == len(("Class", "Instance", "Attribute", "Tag")):
+                    start = self._place
+                    self._variable(written=token.word == "GSV", element=False)
+                    operands[-1] = "".join(one.text for one in self._tokens[start : self._place])
+                    break
+            else:
+                operands[-1] += self._next().text
+        while self._peek().text not in (")", ""):
+            self._next()  # the index of the tag
+        self._expect(")")
+        if len(operands) != (1 if token.word == "EVENT" else 4):
+            raise self._error(f"{token.text} has {len(operands)} operands", token)
+        if token.word != "EVENT" and not is_known_class(operands[0]):
+            text = f"{token.text} of {operands[0]} is not supported"
+            raise self._error(text, token, SYSTEM_HINT)
+        self._routine.notes.append((token.at, note_of(token.word, *operands)))
 
     def _instruction(self, token: Token) -> str:
         """Translate `Block(Instance, a, b)`; the arguments are the required parameters."""
@@ -245,6 +272,28 @@ class _Statements(SubroutineReader):
                 arguments.append(f"{name} {'=>' if usage == 'Output' else ':='} {target}")
         if not self._take(")"):
             raise self._error(f"{token.text} has too many arguments", token)
+        return f"{instance}({', '.join(arguments)});"
+
+    def _block(self, token: Token) -> str:
+        """Translate `TONR(Tag)`, and `MAVE(Tag, Storage, Weights)`."""
+        called = CALLED[token.word]
+        instance, data = self._variable()
+        if data.type.upper() != called.type or data.sizes:
+            raise self._error(f"{instance} is not a {called.type}", token)
+        arguments = [called.settings] if called.settings else []
+        if "ENABLEIN" in self._routine.types.read_members:  # a text executes it in any case
+            arguments.insert(0, "EnableIn := TRUE")
+        for name in called.arrays:
+            self._expect(",")
+            if name in called.optional and self._peek().text == "0":
+                self._next()
+                arguments.append(f"{name} := {no_array(self._routine)}")
+                continue
+            text, kind = self._variable(element=False)
+            if kind.type != "REAL" or len(kind.sizes) != 1:
+                raise self._error(f"{text} is not an array of REAL", token)
+            arguments.append(f"{name} := {text}")
+        self._expect(")")
         return f"{instance}({', '.join(arguments)});"
 
     def _copy(self, token: Token) -> Iterator[str]:

@@ -10,11 +10,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 
 from structured_text.errors import VARIABLES, InputError
-from structured_text.language.compiling import deeply
 from structured_text.language.source import Line
 from structured_text.projects.model import (
     Foreign,
@@ -24,12 +22,10 @@ from structured_text.projects.model import (
     Unit,
     in_comment,
     made,
-    without_comments,
 )
 from structured_text.projects.numbers import milliseconds_us, priority_of, whole
 from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.array_sizes import size_parameters
-from structured_text.projects.rockwell.body import translated
 from structured_text.projects.rockwell.data import NUMBERS, Data, Instruction, Types
 from structured_text.projects.rockwell.decorated import type_name, undeclared, used_types
 from structured_text.projects.rockwell.expression_reader import (
@@ -40,11 +36,18 @@ from structured_text.projects.rockwell.expression_reader import (
     tokens_of,
 )
 from structured_text.projects.rockwell.instructions import BLOCKS, HELPER_MEMBERS, HELPERS
-from structured_text.projects.rockwell.ladder.call import Body
-from structured_text.projects.rockwell.ladder.model import LadderError
-from structured_text.projects.rockwell.ladder.rungs import read_rungs
-from structured_text.projects.rockwell.ladder.translate import translated_rungs
 from structured_text.projects.rockwell.modules import module_tags
+from structured_text.projects.rockwell.routines import (
+    Read,
+    RoutineReader,
+    chosen,
+    code_of,
+    copies,
+    declarations,
+    returns,
+    statements_of,
+)
+from structured_text.projects.rockwell.sheets.reader import enables_in
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
 from structured_text.projects.rockwell.unknown import unknown_types
 from structured_text.projects.rockwell.values import ENABLE, Values
@@ -63,6 +66,7 @@ _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 #: Matches the target of an alias: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
+_OF_TAG = re.compile(r"(?<![\w.:])([^\W\d]\w*)\s*\.\s*([^\W\d]\w*)")
 _MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
 #: Interval of a periodic task without one, in milliseconds: the default of the tool (assumed).
 _RATE = "10"
@@ -87,6 +91,8 @@ class _Reader:
         self._aois = list(root.below("AddOnInstructionDefinition"))
         self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
+        options = next(root.below("Controller"), root).attributes
+        self._routines = RoutineReader(file, self._types, self._notes, options)
         self._values = Values(self._types, self._parameters, self._data, self._note)
         self._needs: set[str] = set()
         self._first: list[str] = []
@@ -95,11 +101,15 @@ class _Reader:
         for kind in self._kinds:
             self._know_type(kind)
         size_parameters(root)
-        for aoi in self._aois:
+        for aoi in (*self._aois, *self._aois):  # the type of an alias may be in a later one
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
-        self._types.read_members.update(_MEMBER.findall(_code_of(root)))
+        code = code_of(root)
+        self._types.read_members.update(_MEMBER.findall(code))
+        for tag, member in _OF_TAG.findall(code):
+            self._types.used.setdefault(tag, set()).add(member)
+        self._types.read_members.update(enables_in(root))
         controller = next(root.below("Controller"), root)
         self._modules = module_tags(root)
         self._made = self._not_declared()
@@ -161,13 +171,11 @@ class _Reader:
         parameters = aoi.all("Parameters", "Parameter")
         local = {_key(one): one for one in aoi.all("LocalTags", "LocalTag")}
         for one in parameters:  # an alias has the type of the local tag that it refers to
-            base, _, bit = one.get("AliasFor").rpartition(".")
-            if bit.isdigit() and plain_tag(base).upper() in local and not one.get("DataType"):
-                one.attributes["DataType"] = "BOOL"
-            target = local.get(plain_tag(one.get("AliasFor")).upper())
-            if target is not None and not one.get("DataType"):
-                named = ("DataType", "Dimensions")
-                one.attributes.update((name, target.get(name)) for name in named)
+            if one.get("AliasFor") and not one.get("DataType"):
+                found = self._part_of(one.get("AliasFor"), local)
+                one.attributes["DataType"] = found.type if found is not None else ""
+                if found is not None and found.sizes:
+                    one.attributes["Dimensions"] = " ".join(map(str, found.sizes))
         self._parameters[_key(aoi)] = {_key(one): one for one in parameters}
         self._types.members[_key(aoi)] = {_key(one): self._data(one) for one in parameters}
         self._types.instructions[_key(aoi)] = Instruction(
@@ -177,8 +185,24 @@ class _Reader:
                 if one.get("Required") == "true" and _key(one) not in ENABLE
             ),
             aoi.get("ExecuteEnableInFalse") == "true",
-            "ENABLEOUT" in _code_of(aoi),
+            "ENABLEOUT" in code_of(aoi),
+            {_key(one): one.get("Usage") for one in parameters if _key(one) not in ENABLE},
         )
+
+    def _part_of(self, path: str, local: Mapping[str, Element]) -> Data | None:
+        """Return the type of a local tag of an instruction, or of a member or bit of it."""
+        name, *members = path.split(".")
+        if plain_tag(name).upper() not in local:
+            return None
+        found = self._data(local[plain_tag(name).upper()])
+        for member in members:
+            if member.isdigit():
+                return Data("BOOL")
+            inner = self._types.members.get(found.type.upper(), {}).get(member.upper())
+            if inner is None or found.sizes:
+                return None
+            found = inner
+        return found
 
     def _data(self, element: Element) -> Data:
         kind = type_name(element.get("DataType"))
@@ -249,13 +273,14 @@ class _Reader:
             lines = made(1, "VAR_GLOBAL", f"  {FIRST_SCAN} : BOOL;", "END_VAR")
             units.append(Unit("VAR_GLOBAL", Piece("L5X_FIRST_SCAN", lines), self._file))
         used |= self._needs
+        own = {_key(one) for one in (*self._kinds, *self._aois)}
         for name, text in HELPERS.items():
-            if name in used:
+            if name in used - own:
                 lines = made(1, *text.splitlines())
                 kind = text.partition(" ")[0]
-                units.append(Unit(kind, Piece(name, lines), self._file))
+                units.append(Unit(kind, Piece(name, lines), self._file, generated=True))
         arrays = [self._array(name, data) for name, data in self._types.arrays.items()]
-        names = {_key(one): plain_tag(one.get("Name")) for one in programs}
+        names = {_key(one): self._name_of(one) for one in programs}
         tasks = list(self._tasks(names))
         found = Project((*arrays, *units), tuple(self._notes))
         if not found.units:
@@ -321,12 +346,13 @@ class _Reader:
         routines = {_key(one): one for one in aoi.all("Routines", "Routine")}
         tags = {_key(one): self._data(one) for one in (*parameters, *local)}
         scope = Routine(self._file, self._types, tags, {}, {})
-        body = self._logic(aoi, routines, scope)
+        logic = self._logic(aoi, routines, scope)
+        body = logic.body
         said, first = "", Lines()
         if not isinstance(body, Foreign):
             said = "\n".join(line.text for line in body).upper()
-            begun = self._body(routines["PRESCAN"], scope) if "PRESCAN" in routines else ()
-            first = () if isinstance(begun, Foreign) else begun
+            prescanned = self._routine("PRESCAN", routines, scope).body
+            first = () if isinstance(prescanned, Foreign) else prescanned
         self._needs |= scope.needs
         cleared = {found[1].upper() for line in first if (found := _CLEARED.match(line.text))}
         lines = [*made(aoi.at, f"FUNCTION_BLOCK {name}")]
@@ -338,15 +364,15 @@ class _Reader:
             )
             lines += self._section(word, own, cleared)
         lines += self._section("VAR", local, cleared)
-        logic = [text for part in scope.first.get("LOGIC", ()) for text in part.lines]
-        first = (*made(aoi.at, *(f"    {text}" for text in logic)), *first)
+        begun = [text for part in scope.first.get("LOGIC", ()) for text in part.lines]
+        first = (*made(aoi.at, *(f"    {text}" for text in begun)), *first)
         if first and not isinstance(body, Foreign):
             at = first[0].at
             lines += made(at, f"  VAR {_PRESCANNED} : BOOL; END_VAR")
             begin = made(at, f"  IF NOT {_PRESCANNED} THEN")
             end = made(at, f"    {_PRESCANNED} := TRUE;", "  END_IF;")
             body = (*begin, *first, *end, *body)
-        if aoi.get("ExecutePostscan") == "true" and _code_of(routines.get("POSTSCAN", aoi)):
+        if aoi.get("ExecutePostscan") == "true" and code_of(routines.get("POSTSCAN", aoi)):
             self._note(f"the routine Postscan of {name} is not read", aoi)
         if FIRST_SCAN in scope.needs and next(self._root.below("Program"), None) is None:
             text = "S:FS in an instruction needs a program in the file"
@@ -354,37 +380,53 @@ class _Reader:
         self._asked = self._asked or FIRST_SCAN in scope.needs
         lines += self._extra(scope, aoi.at)
         if not isinstance(body, Foreign):
-            body = (*_aliases(parameters, "Input"), *body, *_aliases(parameters, "Output"))
+            body = (*copies(parameters, "Input"), *body, *copies(parameters, "Output"))
         end = made(aoi.end, "END_FUNCTION_BLOCK")
-        return Unit("FUNCTION_BLOCK", Piece(name, tuple(lines), body, end), self._file)
+        piece = Piece(name, tuple(lines), body, end, diagram=logic.diagram)
+        return Unit("FUNCTION_BLOCK", piece, self._file)
 
-    def _logic(
-        self, aoi: Element, routines: Mapping[str, Element], scope: Routine
-    ) -> Lines | Foreign:
-        """Return the statements for both values of EnableIn."""
+    def _routine(
+        self, name: str, routines: Mapping[str, Element], scope: Routine, *, may_return: bool = True
+    ) -> Read:
+        """Return a routine of an instruction; without statements if there is none of this name.
+
+        The rungs of routines other than Logic are named with their routine.
+        """
+        if name not in routines:
+            return Read()
+        read = self._routines.read(routines[name], scope, may_return=may_return)
+        if name == "LOGIC" or isinstance(read.body, Foreign):
+            return read
+        behind = f" of {plain_tag(routines[name].get('Name'))}"
+        lines = (
+            replace(line, network=f"{line.network}{behind}") if line.network else line
+            for line in read.body
+        )
+        return Read(tuple(lines))
+
+    def _logic(self, aoi: Element, routines: Mapping[str, Element], scope: Routine) -> Read:
+        """Return the statements for both values of EnableIn, and the diagram of Logic."""
         parameters = aoi.all("Parameters", "Parameter")
-        returns = not any(one.get("TagType") == "Alias" for one in parameters)
+        may_return = not any(one.get("TagType") == "Alias" for one in parameters)
         block = self._types.instructions[_key(aoi)]
-        found = []
-        for name in ("LOGIC", "ENABLEINFALSE"):
-            used = name in routines and (name == "LOGIC" or block.false_routine)
-            body = self._body(routines[name], scope, may_return=returns) if used else ()
-            if isinstance(body, Foreign):
-                if name == "LOGIC":
-                    return body
-                return Foreign(body.language, body.at, f"its routine EnableInFalse {body.says}")
-            found.append(body)
-        logic, other = found
+        read = self._routine("LOGIC", routines, scope, may_return=may_return)
+        logic = read.body
+        if isinstance(logic, Foreign):
+            return read
         if block.false_routine:
-            logic = _chosen("EnableIn", logic, other, aoi.at)
+            other = self._routine("ENABLEINFALSE", routines, scope, may_return=may_return).body
+            if isinstance(other, Foreign):
+                text = f"its routine EnableInFalse {other.says}"
+                return Read(Foreign(other.language, other.at, text))
+            logic = chosen("EnableIn", logic, other, aoi.at)
         if block.enable_out:
             value = "EnableIn" if block.false_routine else "TRUE"
             logic = (*made(aoi.at, f"  EnableOut := {value};"), *logic)
-        return logic
+        return Read(logic, read.diagram)
 
     def _extra(self, scope: Routine, at: int) -> Lines:
         counter = {COUNTER: "DINT"} if COUNTER in scope.needs else {}
-        return made(at, *_declarations({**counter, **scope.added}))
+        return made(at, *declarations({**counter, **scope.added}))
 
     def _shared_prescan(self) -> list[Unit]:
         """Return the prescan of the tags of the controller; nothing if no ladder writes them."""
@@ -394,7 +436,7 @@ class _Reader:
         lines = prescan.function(self._first, 1)
         return [
             Unit("VAR_GLOBAL", Piece(f"{prescan.FUNCTION}_STATE", state), self._file),
-            Unit("FUNCTION", Piece(prescan.FUNCTION, lines), self._file),
+            Unit("FUNCTION", Piece(prescan.FUNCTION, lines), self._file, generated=True),
         ]
 
     def _prescanned(self, unit: Unit, lines: Sequence[str]) -> Unit:
@@ -413,9 +455,14 @@ class _Reader:
         )
         return replace(unit, piece=piece)
 
+    def _name_of(self, program: Element) -> str:
+        """Return the name of a program, which may be that of a tag on the controller."""
+        name = plain_tag(program.get("Name"))
+        return f"{name}_Program" if _key(program) in self._global else name
+
     def _program(self, program: Element) -> tuple[Unit, list[str]]:
         """Return a program, and the prescan of its own tags."""
-        name = plain_tag(program.get("Name"))
+        name = self._name_of(program)
         own, aliases = self._told_apart(program, self._aliases)
         tags = {**self._global, **{_key(one): self._data(one) for one in own}}
         routines = {_key(one): one for one in program.all("Routines", "Routine")}
@@ -428,11 +475,12 @@ class _Reader:
             self._note(text, program)
         scope = Routine(self._file, self._types, tags, aliases, names)
         called = {
-            key: subroutine_of(names[key], tokens_of(_statements(one)), scope)
+            key: subroutine_of(names[key], tokens_of(statements_of(one)), scope)
             for key, one in routines.items()
         }
         scope = replace(scope, subroutines=called)
-        body: Lines | Foreign = self._body(main, scope) if main is not None else ()
+        read = self._routines.read(main, scope) if main is not None else Read()
+        body = read.body
         parts = tuple(self._part(name, names[key], one, scope) for key, one in routines.items())
         lines = [*made(program.at, f"PROGRAM {name}")]
         lines += self._section("VAR", own, _IMAGES)
@@ -440,7 +488,7 @@ class _Reader:
         if FIRST_SCAN in scope.needs or self._asked:
             if not self._asked:
                 lines += made(program.at, f"  VAR {FIRST_SCAN} : BOOL := TRUE; END_VAR")
-            if not isinstance(body, Foreign) and (self._asked or _returns(body)):
+            if not isinstance(body, Foreign) and (self._asked or returns(body)):
                 lines += made(program.at, f"  VAR {_SCANNED} : BOOL; END_VAR")
                 begin = (f"  {FIRST_SCAN} := NOT {_SCANNED};", f"  {_SCANNED} := TRUE;")
                 body = (*made(program.at, *begin), *body)
@@ -451,60 +499,19 @@ class _Reader:
         parts_first = prescan.in_order(_key_of(program, "MainRoutineName"), scope.first)
         shared, mine = prescan.by_scope(parts_first, {plain_tag(_key(one)) for one in own})
         self._first += shared
-        return Unit("PROGRAM", Piece(name, tuple(lines), body, end, parts), self._file), mine
+        piece = Piece(name, tuple(lines), body, end, parts, read.diagram)
+        return Unit("PROGRAM", piece, self._file), mine
 
     def _part(self, program: str, name: str, routine: Element, scope: Routine) -> Piece:
         """Return a routine that JSR calls."""
         variables: dict[str, str] = {}
         own = scope.subroutines[_key(routine)]
-        body = self._body(routine, replace(scope, own=own), variables)
+        read = self._routines.read(routine, replace(scope, own=own), variables)
         parameters = declared_parameters(own, self._types, routine.at)
-        head = made(routine.at, f"METHOD {name}", *_declarations(variables))
+        head = made(routine.at, f"METHOD {name}", *declarations(variables))
         head = (head[0], *parameters, *head[1:])
-        return Piece(f"{program}.{name}", head, body, made(routine.end, "END_METHOD"))
-
-    def _body(
-        self,
-        routine: Element,
-        scope: Routine,
-        variables: dict[str, str] | None = None,
-        *,
-        may_return: bool = True,
-    ) -> Lines | Foreign:
-        """Return the statements of a routine.
-
-        Variables that only this routine needs are added to `variables`, with their types. Without
-        this argument, they are added to the program or instruction. If `may_return` is false,
-        further statements follow the routine, and a rung does not leave it by RETURN.
-        """
-        kind = routine.get("Type")
-        if kind not in ("ST", "RLL"):
-            return Foreign(kind, routine.at)
-        try:
-            if kind == "RLL":
-                body = Body(scope, may_return=may_return)
-                return deeply(partial(self._ladder, routine, body, variables))
-            lines = _statements(routine)
-            scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
-            return deeply(partial(translated, lines, scope))
-        except RecursionError:
-            text = "has statements or expressions nested too deeply"
-            return Foreign(kind, routine.at, text)
-        except LadderError as error:
-            hint = f" ({error.hint})" if error.hint else ""
-            return Foreign(kind, error.at, f"{error.message}{hint}")
-        except InputError as error:
-            hint = f" ({error.hint})" if error.hint else ""
-            return Foreign(kind, error.line or routine.at, f"{error.message}{hint}")
-
-    def _ladder(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Lines:
-        found = translated_rungs(read_rungs(routine, self._note), body)
-        added = body.routine.added
-        added.update(body.kept)
-        body.routine.first[_key(routine)] = body.first
-        self._notes += [f"{self._file}:{at}: {text}" for at, text in body.notes]
-        (added if variables is None else variables).update(body.variables)
-        return found
+        end = made(routine.end, "END_METHOD")
+        return Piece(f"{program}.{name}", head, read.body, end, diagram=read.diagram)
 
     def _tasks(self, names: Mapping[str, str]) -> Iterator[ToolTask]:
         for task in self._root.below("Task"):
@@ -532,62 +539,6 @@ class _Reader:
                 self._file,
                 task.at,
             )
-
-
-def _statements(routine: Element) -> list[Line]:
-    """Return the statements or rungs of a routine, as lines."""
-    texts = (*routine.all("STContent", "Line"), *routine.all("RLLContent", "Rung", "Text"))
-    return [line for one in texts for line in one.lines() if line.text.strip()]
-
-
-def _chosen(condition: str, one: Lines, other: Lines, at: int) -> Lines:
-    """Return the statements of an IF with two branches, of which one may be empty."""
-    if not _acts(one):
-        condition, one, other = f"NOT {condition}", other, one
-    if not _acts(one):
-        return ()
-    lines = made(at, f"  IF {condition} THEN")
-    lines += tuple(replace(line, text=f"  {line.text}") for line in one)
-    if _acts(other):
-        lines += made(at, "  ELSE")
-        lines += tuple(replace(line, text=f"  {line.text}") for line in other)
-    return (*lines, *made(at, "  END_IF;"))
-
-
-def _acts(lines: Lines) -> bool:
-    """Return whether some lines have statements and not only comments."""
-    return bool(without_comments("\n".join(line.text for line in lines)).strip())
-
-
-def _returns(lines: Lines) -> bool:
-    """Return whether a RETURN may leave the statements."""
-    return any(line.text.strip() == "RETURN;" for line in lines)
-
-
-def _code_of(element: Element) -> str:
-    """Return the text of all routines below an element, in upper case."""
-    return "\n".join(one.text() for one in element.below("STContent", "Text")).upper()
-
-
-def _declarations(variables: Mapping[str, str]) -> Iterator[str]:
-    """Yield the section with some variables, if there are any."""
-    kinds: dict[str, list[str]] = {}
-    for name, kind in variables.items():
-        kinds.setdefault(kind, []).append(name)
-    for kind, names in kinds.items():
-        yield f"  VAR {', '.join(names)} : {kind}; END_VAR"
-
-
-def _aliases(parameters: Iterable[Element], usage: str) -> Iterator[Line]:
-    """Yield the copy statements between the parameters of an instruction and its local tags.
-
-    Inputs are copied before the statements of the instruction, outputs after them.
-    """
-    for one in parameters:
-        if one.get("TagType") == "Alias" and one.get("Usage") == usage and one.get("AliasFor"):
-            pin, tag = plain_tag(one.get("Name")), plain_tag(one.get("AliasFor"))
-            pair = (tag, pin) if usage == "Input" else (pin, tag)
-            yield from made(one.at, f"  {pair[0]} := {pair[1]};")
 
 
 def _key(element: Element) -> str:

@@ -33,19 +33,21 @@ __all__ = [
 _USED = re.compile(
     r"(?:\b(?P<bit>XIC|XIO|OTE|OTL|OTU)\s*\(\s*)?"
     r"(?P<tag>\b[^\W\d]\w*(?::\w+)?:[A-Z]{1,2}\d?\b)"
-    r"(?P<rest>(?:\.\w+|\[[^\[\]]*\])*)(?P<closed>\s*\))?",
+    r"(?P<rest>(?:\.\w+|\[(?!:=)[^\[\]]*\])*)(?P<closed>\s*\))?",
     re.IGNORECASE,
 )
 #: Matches a name that is not a part of another one.
 _WORD = re.compile(r"(?<![\w.:\\])[^\W\d]\w*(?![\w:])")
 #: The type of a parameter that stands for a module itself.
 MODULE = "MODULE"
+#: The flag of the first scan, which has the form of a module's tag.
+_FIRST_SCAN = "S:FS"
 #: Marks a text that is the target of an alias.
 _ALIAS = "alias"
 #: Marks a text that is the target of an alias for a floating-point number.
 _FLOAT = "alias of a number with a point"
-#: Matches a member, an element or a bit.
-STEP = re.compile(r"\.(\w+)|\[([^\[\]]*)\]")
+#: Matches a member, an element or a bit, but not the assignment `[:=]`.
+STEP = re.compile(r"\.(\w+)|\[(?!:=)([^\[\]]*)\]")
 #: Index of the highest bit of a member that is declared only by its uses.
 _TOP_BIT = 31
 #: Largest index of an array that is declared only by its uses.
@@ -133,6 +135,8 @@ def module_uses(root: Element) -> dict[str, Use]:
     found: dict[str, Use] = {}
     for text, at, kind in pieces_of_file(root):
         for one in _USED.finditer(text) if ":" in text else ():
+            if one["tag"].upper() == _FIRST_SCAN:
+                continue
             steps = STEP.findall(one["rest"])
             use = found.setdefault(one["tag"].upper(), Use(at, one["tag"]))
             if kind == _FLOAT:  # the alias of a REAL has this radix, no other type has it

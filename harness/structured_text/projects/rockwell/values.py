@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from structured_text.projects.rockwell.data import NUMBERS, Data, Types
 from structured_text.projects.rockwell.expression_reader import plain_tag
+from structured_text.projects.rockwell.sheets.structures import STRUCTURES
 from structured_text.projects.xml import Element
 
 __all__ = ["ENABLE", "Values"]
@@ -124,16 +125,26 @@ class Values:
             if self._types.is_string(data):
                 return ""
             members = self._types.members.get(data.type.upper(), {})
+            defaults = self._defaults(data)
             parts = []
             for one in value.children:
                 if _key(one) in ENABLE and data.type.upper() in self._types.instructions:
                     continue
                 member = members.get(_key(one))
                 text = self._value(one, member) if member is not None else ""
-                if text:
+                default = defaults.get(_key(one), "") if member is not None else ""
+                if member is not None and default:
+                    text = text or self._zero(member)
+                if text != default:
                     parts.append(f"{plain_tag(one.get('Name'))} := {text}")
             return f"({', '.join(parts)})" if parts else ""
         return ""
+
+    def _defaults(self, data: Data) -> Mapping[str, str]:
+        """Return the values of an instruction's structure that its declaration gives."""
+        key = data.type.upper()
+        defined = key in self._types.instructions
+        return STRUCTURES[key].defaults() if key in STRUCTURES and not defined else {}
 
     def _item(self, element: Element, data: Data) -> str:
         for one in element.children:

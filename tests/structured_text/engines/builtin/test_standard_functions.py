@@ -10,6 +10,7 @@ from typing import Any
 
 import pytest
 
+from for_each import for_each
 from standard_rows import Row
 from standard_table import TABLE
 from structured_text.engines.base import Program
@@ -83,15 +84,13 @@ def _same(got: Any, expected: Any) -> bool:
     return type(got) is type(expected) and got == expected
 
 
-@pytest.mark.parametrize(
-    ("number", "row"), list(enumerate(TABLE)), ids=[_named(row) for row in TABLE]
-)
+@for_each("number, row", enumerate(TABLE))
 def test_a_function_gives_what_the_standard_says_of_variables_and_of_literals(
     with_variables: Program, with_literals: Program, number: int, row: Row
 ) -> None:
     for program in (with_variables, with_literals):
         got = program.read(f"Main.R{number}")
-        assert _same(got, row.value), f"{got!r}, expected {row.value!r}"
+        assert _same(got, row.value), f"{_named(row)}: {got!r}, expected {row.value!r}"
 
 
 def test_matiec_agrees_where_it_keeps_to_the_standard(matiec: Matiec, tmp_path: Path) -> None:

@@ -4,6 +4,7 @@ import { Axis, duration, seconds, ticks } from "./axis.js";
 import { Chart, coloursOf, element, prepared } from "./chart.js";
 import { Events, Lane, unpack } from "./data.js";
 import { drawTimes } from "./draw.js";
+import { Networks } from "./networks.js";
 import { Player } from "./play.js";
 import { Programs, nextTime } from "./programs.js";
 import { Robots } from "./robots.js";
@@ -57,6 +58,7 @@ class Page {
   #hidden = new Set(["task", "variable"]);
   #robots;
   #programs;
+  #networks;
   #player;
   #waits = false;
 
@@ -75,6 +77,9 @@ class Page {
     byId("programs").parentElement.classList.toggle("programmed", table.programs.length > 0);
     const host = byId("programs").querySelector("div");
     this.#programs = new Programs(host, table.programs, this.#lanes, (...line) => this.#toLine(...line));
+    byId("networks").hidden = !table.networks.length;
+    const drawn = byId("networks").querySelector("div");
+    this.#networks = new Networks(drawn, table.networks, table.variables, this.#lanes, (lane) => this.#chart.select(lane));
     this.#player = new Player(
       (frame) => requestAnimationFrame(frame),
       (t) => this.#playedTo(t),
@@ -231,7 +236,7 @@ class Page {
     document.addEventListener("keydown", (key) => {
       if (byId("keys").open || key.ctrlKey || key.metaKey || key.altKey) return;
       const at = key.target;
-      if (at.matches(".lines") && SCROLLS.includes(key.key)) return;
+      if (at.matches(".lines, #networks > div") && SCROLLS.includes(key.key)) return;
       if (at === byId("search")) this.#searchKey(key);
       else if (at === byId("list") && this.#listKey(key)) key.preventDefault();
       else if (this.#key(key, at)) key.preventDefault();
@@ -325,10 +330,10 @@ class Page {
     this.#chart.put(next.t, active, true);
   }
 
-  // Robots and programs are shown as at the cursor that moves; without one as at the end.
+  // Robots, programs and networks are shown as at the cursor that moves; without one as at the end.
   #move() {
-    const { robots, programs } = this.#table;
-    if (this.#waits || !(robots.length || programs.length)) return;
+    const { robots, programs, networks } = this.#table;
+    if (this.#waits || !(robots.length || programs.length || networks.length)) return;
     this.#waits = true;
     requestAnimationFrame(() => {
       this.#waits = false;
@@ -338,6 +343,7 @@ class Page {
       for (const small of document.querySelectorAll(".when")) small.textContent = when;
       this.#robots.show(t ?? this.#table.end);
       this.#programs.show(t ?? this.#table.end);
+      this.#networks.show(t ?? this.#table.end);
     });
   }
 

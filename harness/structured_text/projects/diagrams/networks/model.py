@@ -121,23 +121,34 @@ class Rail(_Element):
 
 @dataclass(frozen=True)
 class Contact(_Element):
-    """A contact: the power on its left side AND the variable."""
+    """A contact: the power on its left side AND the variable.
+
+    Attributes:
+        translation: The condition that it became, if this is not the variable itself.
+    """
 
     variable: str = ""
     input: Input = Input()
     negated: bool = False
     edge: str = ""
+    translation: str = ""
 
 
 @dataclass(frozen=True)
 class Coil(_Element):
-    """A coil: it assigns the power on its left side, and passes the power on."""
+    """A coil: it assigns the power on its left side, and passes the power on.
+
+    Attributes:
+        translation: The statement that it became, if it does not assign the variable itself; `?`
+            stands for the power.
+    """
 
     variable: str = ""
     input: Input = Input()
     negated: bool = False
     edge: str = ""
     storage: str = ""
+    translation: str = ""
 
 
 @dataclass(frozen=True)
@@ -176,6 +187,9 @@ class Block(_Element):
         outputs: The outputs from top to bottom, with ENO if the block has it.
         statements: Statements of Structured Text that the block executes in place of a call, as the
             execute box of CODESYS has; otherwise empty.
+        operands: The names and texts of operands that stand in the box, as in Logix.
+        translation: The condition or the first line of the statements that it became, if they are
+            known; `?` stands for the power.
     """
 
     type: str = ""
@@ -183,6 +197,8 @@ class Block(_Element):
     inputs: tuple[Input, ...] = ()
     outputs: tuple[Output, ...] = ()
     statements: tuple[str, ...] = ()
+    operands: tuple[tuple[str, str], ...] = ()
+    translation: str = ""
 
 
 @dataclass(frozen=True)
@@ -235,7 +251,7 @@ class Network:
 
     Attributes:
         number: From 1, in the order of the file; for a file without networks, the number of the
-            connected part, from the top of the drawing to its bottom.
+            connected part, from the top of the drawing to its bottom. Rungs of Logix count from 0.
         title: Its title; may be empty.
         comment: Its comment; may have several lines and may be empty.
         label: The label that jumps name; may be empty.
@@ -254,7 +270,8 @@ class Diagram:
     """A body in LD or FBD.
 
     Attributes:
-        language: LD or FBD.
+        language: LD or FBD; RLL for a ladder routine of Logix, whose networks are called rungs;
+            SHEETS for a function block diagram of Logix, whose networks are called sheets.
         networks: The networks in the order of their numbers.
         elements: All elements in the order of the file.
         by_position: How elements without a number are ordered. True: by their positions in the
@@ -269,3 +286,8 @@ class Diagram:
     elements: tuple[Element, ...] = field(default=())
     by_position: bool = True
     sorting: str = "position"
+
+    @property
+    def word(self) -> str:
+        """Return what a network is called: rung, sheet or network."""
+        return {"RLL": "rung", "SHEETS": "sheet"}.get(self.language, "network")

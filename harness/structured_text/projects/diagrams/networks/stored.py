@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
+from structured_text.language.source import Line, NetworkLine
 from structured_text.projects.diagrams.networks.model import (
     Block,
     Coil,
@@ -27,8 +28,10 @@ from structured_text.projects.diagrams.networks.model import (
     Return,
 )
 
-__all__ = ["as_data", "from_data", "stored_networks"]
+__all__ = ["as_data", "from_data", "lines_of", "network_at", "stored_networks"]
 
+#: What the lines of a translation call a network.
+_WORDS = ("rung", "network", "sheet")
 _KINDS = {
     kind.__name__: kind
     for kind in (
@@ -63,11 +66,33 @@ def stored_networks(source: Path, places: Collection[str]) -> dict[str, dict[str
     found = {}
     for pou, diagram in getattr(source, "diagrams", ()):
         for network in diagram.networks:
-            for word in ("rung", "network"):
+            for word in _WORDS:
                 place = f"{pou}, {word} {network.number}"
                 if place in places:
                     found[place] = as_data(diagram, network.number)
     return found
+
+
+def network_at(source: Path, line: NetworkLine) -> tuple[Path, Diagram, int] | None:
+    """Return source, diagram and number of the network that a line was translated from."""
+    for owner, diagram in getattr(source, "diagrams", ()):
+        for network in diagram.networks:
+            if owner == line.pou and _is_of(line.network, network.number):
+                return source, diagram, network.number
+    return None
+
+
+def lines_of(source: Path, owner: str, number: int) -> list[Line]:
+    """Return the translation of a network; `owner` is the name of its POU, method or action."""
+    lines: Sequence[Line] = getattr(source, "lines", None) or ()
+    title = getattr(source, "title", "")
+    return [
+        line for line in lines if (line.owner or title) == owner and _is_of(line.network, number)
+    ]
+
+
+def _is_of(place: str, number: int) -> bool:
+    return any(place == f"{word} {number}" for word in _WORDS)
 
 
 def _element(data: Mapping[str, Any]) -> Element:
@@ -79,6 +104,7 @@ def _element(data: Mapping[str, Any]) -> Element:
         given["inputs"] = tuple(map(_input, given["inputs"]))
         given["outputs"] = tuple(Output(**output) for output in given["outputs"])
         given["statements"] = tuple(given["statements"])
+        given["operands"] = tuple(map(tuple, given["operands"]))
     made: Element = _KINDS[data["kind"]](**given)
     return made
 

@@ -58,6 +58,7 @@ class Body:
         may_return: Whether a RETURN may leave the body; otherwise further statements follow it.
         first: The statements of the prescan, and the routines that it continues with.
         notes: What a user may miss, each with its line.
+        traces: What each instruction became, by the number of its rung, in their order.
     """
 
     routine: Routine
@@ -70,6 +71,7 @@ class Body:
     may_return: bool = True
     first: list[First] = field(default_factory=list)
     notes: list[tuple[int, str]] = field(default_factory=list)
+    traces: dict[int, list[str]] = field(default_factory=dict)
 
     def variable(self, name: str, kind: str = "BOOL", *, kept: bool = False) -> str:
         """Return a variable of the translation, and declare it."""

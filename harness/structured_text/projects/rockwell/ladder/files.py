@@ -4,30 +4,26 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 
-from structured_text.projects.rockwell.copies import Place, copied, filled
-from structured_text.projects.rockwell.data import INTEGERS, STORED, Data
+from structured_text.projects.rockwell.copies import copied, filled
 from structured_text.projects.rockwell.expression_reader import COUNTER, bare
-from structured_text.projects.rockwell.instructions import BLOCKS
 from structured_text.projects.rockwell.ladder.call import Call, Entry
+from structured_text.projects.rockwell.ladder.elements import (
+    control_of,
+    element_for,
+    length_lines,
+    place_of,
+    whole_of,
+    words_of,
+)
 from structured_text.projects.rockwell.ladder.operands import BIT_STRINGS
 from structured_text.projects.rockwell.ladder.texts import as_structured_text
 
 __all__ = ["FILES"]
 
+#: The orders of SWPB, also as numbers.
+_ORDERS = {**{name: name for name in ("REVERSE", "WORD", "HIGH/LOW")}, "HIGHLOW": "HIGH/LOW"}
+_ORDERS |= {"0": "REVERSE", "1": "WORD", "2": "HIGH/LOW"}
 _WIDTHS = {"BYTE": 8, "WORD": 16, "DWORD": 32, "LWORD": 64}
-
-
-def _place(call: Call, number: int, *, written: bool = False) -> Place:
-    """Return an array with the index at which it begins, or a tag."""
-    text, data, first = call.operand(number).place(written=written)
-    return Place(text, data, first)
-
-
-def _whole(call: Call, number: int) -> str:
-    text, kind = call.number(number)
-    if kind not in INTEGERS:
-        raise call.error(f"{call.raw(number)} is a {kind}, not a whole number")
-    return bare(text)
 
 
 def _counted(call: Call, made: Callable[[], tuple[list[str], bool]]) -> None:
@@ -41,39 +37,16 @@ def _counted(call: Call, made: Callable[[], tuple[list[str], bool]]) -> None:
 
 
 def _copy(call: Call) -> None:
-    source, target = _place(call, 0), _place(call, 1, written=True)
-    length = _whole(call, 2)
+    source, target = place_of(call, 0), place_of(call, 1, written=True)
+    length = whole_of(call, 2)
     _counted(call, lambda: copied(source, target, length))
 
 
 def _fill(call: Call) -> None:
-    target, length = _place(call, 1, written=True), _whole(call, 2)
-    types = call.body.routine.types
+    target, length = place_of(call, 1, written=True), whole_of(call, 2)
     element = target.data.element if target.data.sizes else target.data
-    if types.is_simple(element):
-        value = call.operand(0).converted(call.number(0), element.type)
-        if target.data.sizes and element.type in STORED:
-            value = f"{element.type}_TO_{STORED[element.type]}({bare(value)})"
-    elif call.raw(0) == "0":
-        value = _zero(call, element)
-    else:
-        value, data = call.tag(0, written=False)
-        if (data.type.upper(), data.sizes) != (element.type.upper(), ()):
-            raise call.error(f"FLL of a {element.type} with a {data.type} is not supported")
+    value = element_for(call, 0, element)
     _counted(call, lambda: filled(target, bare(value), length))
-
-
-def _zero(call: Call, data: Data) -> str:
-    """Return a text without characters, or a structure that no statement sets: all of it is 0."""
-    types = call.body.routine.types
-    if types.is_string(data):
-        return "''"
-    if data.type.upper() not in types.members or data.type.upper() in (
-        *types.instructions,
-        *BLOCKS,
-    ):
-        raise call.error(f"FLL of a {data.type} with 0 is not supported")
-    return call.body.variable(f"Zero_{data.type}", data.type)
 
 
 def _distribute(call: Call) -> None:
@@ -95,6 +68,27 @@ def _distribute(call: Call) -> None:
     call.when(f"{text} := {value if data.stored else f'{bits}_TO_{data.type}({value})'};")
 
 
+def _swap(call: Call) -> None:
+    """Rearrange the bytes of an INT or DINT."""
+    kind, order = call.tag(0, written=False)[1].type, call.raw(1).upper()
+    if order not in _ORDERS:
+        raise call.error(f"{call.raw(1)} is not an order of bytes", "write REVERSE")
+    text = call.bits(0)[0]
+    if kind == "INT":
+        swapped = f"SHL({text}, 8) AND DWORD#16#FF00 OR SHR({text}, 8)"
+        call.when(call.assigned(2, (f"WORD_TO_INT(DWORD_TO_WORD({swapped}))", "INT")))
+        return
+    if kind != "DINT":
+        raise call.error(f"SWPB of a {kind} is not supported", "use an INT or a DINT")
+    inner = f"SHL({text}, 8) AND DWORD#16#FF00FF00 OR SHR({text}, 8) AND DWORD#16#FF00FF"
+    swapped = {
+        "WORD": f"ROL({text}, 16)",
+        "HIGH/LOW": inner,
+        "REVERSE": f"ROL({inner}, 16)",
+    }[_ORDERS[order]]
+    call.when(call.assigned(2, (f"DWORD_TO_DINT({swapped})", "DINT")))
+
+
 def _literal(call: Call, number: int) -> int:
     text = call.raw(number)
     if not text.isdigit():
@@ -102,23 +96,9 @@ def _literal(call: Call, number: int) -> int:
     return int(text)
 
 
-def _words(call: Call) -> Place:
-    place = _place(call, 0, written=True)
-    if place.data.type != "DINT" or len(place.data.sizes) != 1:
-        raise call.error(f"{call.raw(0)} is not an array of DINT")
-    return place
-
-
-def _control(call: Call, number: int) -> str:
-    text, data = call.tag(number)
-    if data != Data("CONTROL") and (data.type.upper() != "CONTROL" or data.sizes):
-        raise call.error(f"{call.raw(number)} is not a CONTROL")
-    return text
-
-
 def _shift(call: Call) -> None:
     """Shift the bits of an array by one at the rising edge of the power."""
-    place, control, bit = _words(call), _control(call, 1), call.bit(2)
+    place, control, bit = words_of(call, 0), control_of(call, 1), call.bit(2)
     carry = call.body.variable("Carry")
     top = call.body.variable("Top")
     call.body.routine.needs.add(COUNTER)
@@ -176,9 +156,10 @@ def _shift(call: Call) -> None:
 
 def _cleared(number: int, *names: str) -> Callable[[Call], Iterator[str]]:
     def prescan(call: Call) -> Iterator[str]:
-        control = _control(call, number)
+        control = control_of(call, number)
         yield from (f"{control}.{name} := FALSE;" for name in names)
         yield f"{control}.POS := 0;"
+        yield from length_lines(call, number, 3)
 
     return prescan
 
@@ -194,6 +175,7 @@ FILES = (
     Entry("FLL", _COPY, _fill, f"{_RM}, FLL"),
     Entry("SIZE", ("Source", "Dimension", "Size"), as_structured_text, f"{_RM}, SIZE"),
     Entry("BTD", _BTD, _distribute, f"{_RM}, page 303"),
+    Entry("SWPB", ("Source", "Order Mode", "Dest"), _swap, "1756-RM003, SWPB"),
     Entry("BSL", _SHIFTED, _shift, f"{_RM}, BSL; its last word is assumed", 1, _PRESCAN),
     Entry("BSR", _SHIFTED, _shift, f"{_RM}, BSR; its last word is assumed", 1, _PRESCAN),
 )

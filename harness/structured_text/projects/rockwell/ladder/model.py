@@ -6,7 +6,7 @@ Source: Rockwell 1756-RM084, ladder routines: structure of a rung, neutral text.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TypeAlias
 
 __all__ = ["Branch", "Instruction", "LadderError", "Node", "Rung", "Series", "instructions"]
@@ -28,11 +28,13 @@ class Instruction:
         name: The name in upper case.
         operands: The texts of its operands, without outer white space.
         at: Line in the file.
+        written: The name as it is written.
     """
 
     name: str
     operands: tuple[str, ...]
     at: int
+    written: str = field(default="", compare=False)
 
 
 @dataclass(frozen=True)

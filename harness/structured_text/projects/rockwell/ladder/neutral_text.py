@@ -106,7 +106,7 @@ class _Reader:
         self._place += len(name)
         self._blank()
         if self._sign() != "(" and name.upper() in _ALONE:
-            return Instruction(name.upper(), (), self._at(opened))
+            return Instruction(name.upper(), (), self._at(opened), name)
         if self._sign() != "(":
             raise self._error(f"{name} has no list of operands", opened)
         self._place += 1
@@ -119,7 +119,7 @@ class _Reader:
         self._expect(")", opened, name)
         if operands == [""]:
             operands = []
-        return Instruction(name.upper(), tuple(operands), self._at(opened))
+        return Instruction(name.upper(), tuple(operands), self._at(opened), name)
 
     def _operand(self, name: str, opened: int) -> str:
         """Read an operand up to the comma or parenthesis behind it."""

@@ -63,10 +63,15 @@ class OperandReader(ExpressionReader):
         return found
 
     def place(self, *, written: bool = False) -> tuple[str, Data, str]:
-        """Return an array, its type and the index at which the operand begins, or a tag and 0."""
+        """Return an array, its type and the index at which the operand begins, or a tag and 0.
+
+        An element of an array with several dimensions is a tag.
+        """
         text, data = self._variable(written=written, element=False)
         index = "0"
-        if data.sizes and self._take("["):
+        if len(data.sizes) > 1 and self._peek().text == "[":
+            text, data = self._indexed(text, data, self._peek())
+        elif data.sizes and self._take("["):
             index = bare(self._whole(self._value()))
             self._expect("]")
         self._end_here()

@@ -15,9 +15,12 @@ from typing import TypeAlias
 from structured_text.projects.rockwell.expression_reader import bare
 from structured_text.projects.rockwell.ladder.paths import Path, meet, paths_of
 
-__all__ = ["FALSE", "TRUE", "Action", "Flow", "Power", "negated"]
+__all__ = ["FALSE", "POWER", "TRUE", "Action", "Flow", "Power", "negated"]
 
 TRUE, FALSE = "TRUE", "FALSE"
+#: The power of an instruction in its trace.
+POWER = "?"
+_PASSED = re.compile(r"^[^?]*:= \?(?:;$|[,)][^?]*$)")
 _NOT = "NOT "
 _INDENT = "  "
 _NAME = re.compile(r"[\w.]+(?:\[[\w, ]*\][\w.]*)*")
@@ -101,6 +104,31 @@ class Flow:
         self._actions: list[Action] = []
 
     # --- the rung -------------------------------------------------------------------------
+
+    @property
+    def count(self) -> int:
+        """Return the number of actions so far."""
+        return len(self._actions)
+
+    def trace(self, before: Power, behind: Power, number: int) -> str:
+        """Return what an instruction became: a condition, or a line of its statements.
+
+        Args:
+            before: The power in front of the instruction.
+            behind: The power behind it.
+            number: The number of actions in front of it.
+
+        The line is the first one, or the one that only assigns or passes the power, which is `?`
+        in it. The text is empty if there is none.
+        """
+        for action in self._actions[number:]:
+            if action.guarded:
+                return next(iter(action.statements(TRUE)), "")
+            lines = list(action.statements(POWER))
+            return next((line for line in lines if _PASSED.search(line)), "")
+        if behind is not before and behind.base is before:
+            return behind.condition
+        return ""
 
     def both(self, power: Power, condition: str) -> Power:
         """Return a power AND a condition, which is an operand of AND."""

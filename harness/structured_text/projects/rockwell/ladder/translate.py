@@ -105,5 +105,7 @@ def _instruction(instruction: Instruction, power: Power, flow: Flow, body: Body)
         text = f"the instruction {instruction.name} is not supported"
         raise LadderError(text, instruction.at, near(instruction.name, TABLE, "similar:"))
     call = Call(body, instruction, entry, flow, power)
+    before = flow.count
     entry.run(call)
+    body.traces.setdefault(body.rung, []).append(flow.trace(power, call.power, before))
     return call.power

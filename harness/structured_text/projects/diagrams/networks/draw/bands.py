@@ -95,8 +95,10 @@ class _Cutter:
         for k, row in enumerate(leaving):
             text = f">{number + len(arriving) + k}"
             self._add(Symbol("cut", end + x + 1, row + y, len(text), 1, text))
-            power = next(w.on for w in self._whole.wires if _passes(w, end, row))
-            self._wires.append(Wire(end + x, row + y, end + x + 1, row + y, power))
+            wire = next(w for w in self._whole.wires if _passes(w, end, row))
+            self._wires.append(
+                replace(wire, x1=end + x, x2=end + x + 1, y1=row + y, y2=row + y, back=False)
+            )
         self._row += bottom - top + 1 + _GAP
 
     def _add(self, symbol: Symbol) -> None:

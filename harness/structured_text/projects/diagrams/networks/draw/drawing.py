@@ -5,11 +5,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from unicodedata import combining, east_asian_width
 
-__all__ = ["Drawing", "Pin", "State", "Symbol", "Wire", "columns", "wrapped"]
+__all__ = ["RAIL", "Drawing", "Output", "Pin", "State", "Symbol", "Wire", "columns", "wrapped"]
+
+#: The `id` of an element, and the formal name of its output; empty for an element with one output.
+Output = tuple[str, str]
+#: The left power rail as an output.
+RAIL: Output = ("", "")
 
 #: Width of a name before it goes on in the next line, in letters.
 _LONGEST = 24
@@ -38,6 +43,14 @@ class State:
         """Return whether an output has power; None if this is not known."""
         return self.energised.get(f"{element}.{pin}", self.energised.get(element))
 
+    def power(self, outputs: Iterable[Output]) -> bool | None:
+        """Return whether a line from some outputs has power; None if this is not known."""
+        states = [
+            (True if self.energised else None) if output == RAIL else self.on(*output)
+            for output in outputs
+        ]
+        return True if True in states else None if None in states else False
+
     def named(self, name: str, key: str) -> str:
         """Return a name with its value behind it, if there is one."""
         value = self.values.get(key, "")
@@ -59,6 +72,9 @@ class Symbol:
         text: The text in it, in one line; for a rail, `left` or `right`.
         element: The `id` of its element; empty if it has none.
         on: Whether its element has power; None if this is not known.
+        pin: The formal name of the output that `on` is about, if the element is a block.
+        align: Where a text stands if its letters are narrower than the cells: `start`, `middle`,
+            `end`.
     """
 
     kind: str
@@ -69,6 +85,8 @@ class Symbol:
     text: str = ""
     element: str = ""
     on: bool | None = None
+    align: str = "middle"
+    pin: str = ""
 
     def moved(self, x: int, y: int) -> Symbol:
         """Return the symbol further to the right and further down."""
@@ -90,6 +108,7 @@ class Wire:
         y2: The lower end.
         on: Whether it has power; None if this is not known.
         back: Whether it leads from right to left.
+        outputs: The outputs that it comes from; it has power if one of them has it.
     """
 
     x1: float
@@ -98,6 +117,7 @@ class Wire:
     y2: int
     on: bool | None = None
     back: bool = False
+    outputs: tuple[Output, ...] = ()
 
     def moved(self, x: float, y: int) -> Wire:
         """Return the wire further to the right and further down."""

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from structured_text.projects.diagrams.networks.draw.boxes import Attached
-from structured_text.projects.diagrams.networks.draw.drawing import State
+from structured_text.projects.diagrams.networks.draw.drawing import RAIL, Output, State
 from structured_text.projects.diagrams.networks.draw.making import Shape
 from structured_text.projects.diagrams.networks.draw.shapes import (
     input_of,
@@ -101,28 +101,28 @@ class Graph:
             for port in (*net.sources, *net.targets)
         }
 
-    def power(self, state: State) -> tuple[list[bool | None], dict[Port, bool | None]]:
-        """Return which lines have power behind their vertical pieces, and which sources have it."""
+    def origins(self) -> tuple[list[tuple[Output, ...]], dict[Port, tuple[Output, ...]]]:
+        """Return the outputs that each line comes from, and those of each of its sources."""
         of = self.net_of()
-        lines: dict[int, bool | None] = {}
-        sources: dict[Port, bool | None] = {}
+        lines: dict[int, tuple[Output, ...]] = {}
+        sources: dict[Port, tuple[Output, ...]] = {}
 
-        def source(port: Port) -> bool | None:
+        def source(port: Port) -> tuple[Output, ...]:
             if port.kind == "left":
-                return True if state.energised else None
+                return (RAIL,)
             if port.kind == "arrives":
                 return source(self.back[port.node][0])
             element = self.elements[port.node]
             if element is None:
                 return line(of[Port("in", port.node)])
-            return state.on(element.id, self.nodes[port.node].outputs[port.pin].name)
+            return ((element.id, self.nodes[port.node].outputs[port.pin].name),)
 
-        def line(number: int) -> bool | None:
+        def line(number: int) -> tuple[Output, ...]:
             if number not in lines:
                 for port in self.nets[number].sources:
                     sources[port] = source(port)
-                states = [sources[port] for port in self.nets[number].sources]
-                lines[number] = True if True in states else None if None in states else False
+                found = [sources[port] for port in self.nets[number].sources]
+                lines[number] = tuple(dict.fromkeys(output for every in found for output in every))
             return lines[number]
 
         return [line(number) for number in range(len(self.nets))], sources
@@ -137,7 +137,11 @@ class _Builder:
     """Makes the graph of a network."""
 
     def __init__(self, diagram: Diagram, network: int, state: State) -> None:
-        self._ladder = diagram.language == "LD"
+        self._ladder = diagram.language in ("LD", "RLL")
+        #: What stands at the right end of a rung.
+        self._ends: tuple[type[Element], ...] = (Coil,)
+        if diagram.language == "RLL":
+            self._ends = (Contact, Coil, Block)
         self._all = {element.id: element for element in diagram.elements}
         elements = [
             element
@@ -239,7 +243,7 @@ class _Builder:
         used = {source for source, _ in self._edges}
         for number, node in enumerate(graph.elements):
             source = Port("out", number)
-            if isinstance(node, Coil) and source not in used:
+            if isinstance(node, self._ends) and source not in used:
                 self._edges.append((source, Port("right", graph.coils)))
                 graph.coils += 1
 
@@ -315,7 +319,8 @@ class _Builder:
         ends: set[int] = set()
         for node in reversed(order):
             element = graph.elements[node]
-            if self._ladder and isinstance(element, (Coil, Jump, Return)) and after[node] <= ends:
+            last = (*self._ends, Jump, Return)
+            if self._ladder and isinstance(element, last) and after[node] <= ends:
                 ends.add(node)
             if node in ends or (node not in fed and after[node]):
                 limits = (column[one] - 1 for one in after[node])

@@ -10,7 +10,9 @@ from __future__ import annotations
 from dataclasses import replace
 
 from structured_text.projects.diagrams.networks.draw.drawing import (
+    RAIL,
     Drawing,
+    Output,
     Pin,
     State,
     Symbol,
@@ -46,14 +48,15 @@ def layout(diagram: Diagram, network: int, state: State | None = None) -> Drawin
 
 
 def _heading(diagram: Diagram, number: int) -> tuple[str, ...]:
+    word = diagram.word.capitalize()
     for network in diagram.networks:
         if network.number == number:
             lines = wrapped(
-                f"Network {number}{': ' if network.title else ''}{network.title}", _COMMENT
+                f"{word} {number}{': ' if network.title else ''}{network.title}", _COMMENT
             )
             lines += wrapped(network.comment, _COMMENT)
             return (*lines, *([f"{network.label}:"] if network.label else []))
-    return (f"Network {number}",)
+    return (f"{word} {number}",)
 
 
 class _Layout:
@@ -61,10 +64,10 @@ class _Layout:
 
     def __init__(self, graph: Graph, state: State) -> None:
         self._graph, self._rows = graph, rows_of(graph)
-        self._lines, self._sources = graph.power(state)
+        self._lines, self._sources = graph.origins()
+        self._state = state
         self._rail = bool(graph.left)
         self._net = graph.net_of()
-        self._power = True if state.energised else None
         self._wires: list[Wire] = []
         self._symbols: list[Symbol] = []
         self._pins: list[Pin] = []
@@ -157,7 +160,8 @@ class _Layout:
         ends = [symbol.y + symbol.height for symbol in self._symbols]
         height = max([1, *ends, *(wire.y2 + 1 for wire in self._wires)])
         if graph.left:
-            rail = Symbol("rail", 0, 0, 1, height, "left", graph.left[0], self._power)
+            on = self._state.power([RAIL])
+            rail = Symbol("rail", 0, 0, 1, height, "left", graph.left[0], on)
             self._symbols.append(rail)
         if graph.coils:
             self._symbols.append(Symbol("rail", self._right, 0, 1, height, "right"))
@@ -182,28 +186,41 @@ class _Layout:
 
     def _line(self, number: int) -> None:
         """Make the wires of a line."""
-        net, power = self._graph.nets[number], self._lines[number]
+        net, outputs = self._graph.nets[number], self._lines[number]
         if number not in self._vertical:
-            self._straight(net.sources[0], net.targets[0], power)
+            self._straight(net.sources[0], net.targets[0], outputs)
             return
         at = self._vertical[number] + 0.5
         ends = [*net.sources, *net.targets]
         rows = [self._row(port) for port in ends]
-        self._wires.append(Wire(at, min(rows), at, max(rows), power))
+        self._wire(at, min(rows), at, max(rows), outputs)
         for port, row in zip(ends, rows, strict=True):
             if port.kind == "out":
-                self._wires.append(Wire(self._edge(port), row, at, row, self._sources[port]))
+                self._wire(self._edge(port), row, at, row, self._sources[port])
                 self._pin(port, self._edge(port), row)
             elif port.kind == "in":
-                self._wires.append(Wire(at, row, self._edge(port), row, power))
+                self._wire(at, row, self._edge(port), row, outputs)
                 self._pin(port, self._edge(port), row)
 
-    def _straight(self, source: Port, target: Port, power: bool | None) -> None:
+    def _wire(
+        self,
+        x1: float,
+        y1: int,
+        x2: float,
+        y2: int,
+        outputs: tuple[Output, ...],
+        *,
+        back: bool = False,
+    ) -> None:
+        power = self._state.power(outputs)
+        self._wires.append(Wire(x1, y1, x2, y2, power, back, outputs))
+
+    def _straight(self, source: Port, target: Port, outputs: tuple[Output, ...]) -> None:
         """Make the wire of a line without a vertical piece; one end may be at a rail."""
         row = self._row(target if source.kind == "left" else source)
         begin = int(self._rail) if source.kind == "left" else self._edge(source)
         end = self._right if target.kind == "right" else self._edge(target)
-        self._wires.append(Wire(begin, row, end, row, power))
+        self._wire(begin, row, end, row, outputs)
         self._pin(source, begin, row)
         if target.kind == "in":
             self._pin(target, end, row)
@@ -221,5 +238,5 @@ class _Layout:
         leaves, arrives = (self._net[Port(kind, number)] for kind in ("leaves", "arrives"))
         begin, end = self._vertical[arrives] + 0.5, self._vertical[leaves] + 0.5
         row = self._rows.back[number]
-        power = self._sources[self._graph.back[number][0]]
-        self._wires.append(Wire(begin, row, end, row, power, back=True))
+        outputs = self._sources[self._graph.back[number][0]]
+        self._wire(begin, row, end, row, outputs, back=True)

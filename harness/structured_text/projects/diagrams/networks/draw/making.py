@@ -52,9 +52,19 @@ class Maker:
         self.made = Shape(element)
         self._on = on
 
-    def symbol(self, kind: str, x: int, y: int, text: str, width: int = 0) -> None:
+    def symbol(
+        self,
+        kind: str,
+        x: int,
+        y: int,
+        text: str,
+        width: int = 0,
+        align: str = "middle",
+        pin: str = "",
+    ) -> None:
         """Add a symbol with a text in one row."""
-        made = Symbol(kind, x, y, width or columns(text), 1, text, self.made.element, self._on)
+        wide, owner = width or columns(text), self.made.element
+        made = Symbol(kind, x, y, wide, 1, text, owner, self._on, align, pin)
         self.made.symbols.append(made)
 
     def input(self, name: str, x: int, y: int) -> None:

@@ -68,8 +68,10 @@ def shape(element: Element, attached: Attached, state: State) -> Shape:
     for given in input_of(element):
         start = made.input_marks(given, 0, 0)
         made.input(given.name, 0, 0)
+    align = "end" if right else "start"
     for row, line in enumerate(lines):
-        made.symbol(kind, start + (width - columns(line) if right else 0), row, line)
+        x = start + (width - columns(line) if right else 0)
+        made.symbol(kind, x, row, line, align=align)
     for name in outputs_of(element):
         made.output(name, start + width, 0)
     return made.shape(start + width, max(1, len(lines)))

@@ -33,6 +33,9 @@ def in_words(diagram: Diagram, network: int) -> str:
             continue
         sources = [_source(given, names) for given in input_of(element)]
         text = "; ".join(source for source in sources if source)
+        if isinstance(element, Block) and element.operands:
+            with_ = ", ".join(" ".join(filter(None, pair)) for pair in element.operands)
+            text = f"{text} with {with_}"
         if isinstance(element, (Rail, InVariable, Continuation)):
             continue
         found.append(f"{name_of(element)}{' from ' if text else ''}{text}.")

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import re
+from dataclasses import replace
 from xml.etree import ElementTree
 
-from network_elements import block, coil, contact, from_, ladder, plan, written
+from network_elements import block, coil, contact, from_, ladder, plan, read, written
 from structured_text.projects.diagrams.networks.draw.drawing import State
-from structured_text.projects.diagrams.networks.draw.svg import STYLE, network_svg
+from structured_text.projects.diagrams.networks.draw.svg import STYLE, network_svg, networks_svg
+from structured_text.projects.diagrams.networks.model import Network
 
 _SPACE = "{http://www.w3.org/2000/svg}"
 _RUNG = ladder(
@@ -68,10 +70,11 @@ def test_everything_is_inside_the_view_box() -> None:
         assert group is not None
         left, top = map(float, re.findall(r"[\d.]+", group.get("transform") or ""))
         for text in group.iter(f"{_SPACE}text"):
-            x, y, half = float(text.get("x") or 0), float(text.get("y") or 0), 0.0
-            half = len(text.text or "") * 7.3 / 2
-            assert left + x - half >= 0
-            assert left + x + half <= width
+            x, y = float(text.get("x") or 0), float(text.get("y") or 0)
+            wide, words = len(text.text or "") * 7.3, (text.get("class") or "").split()
+            x -= wide if "end" in words else wide / 2 if "middle" in words else 0
+            assert left + x >= 0
+            assert left + x + wide <= width
             assert 9 <= top + y <= height - 9
         for path in group.iter(f"{_SPACE}path"):
             for x, y in re.findall(r"M([\d.]+) ([\d.]+)", path.get("d") or ""):
@@ -91,3 +94,39 @@ def test_lines_that_are_connected_have_a_dot_and_crossings_have_none() -> None:
 def test_a_page_with_many_pictures_has_the_style_once() -> None:
     assert "<style>" in network_svg(_RUNG, 1)
     assert "<style>" not in network_svg(_RUNG, 1, styled=False)
+
+
+def test_the_names_of_the_pins_stand_at_the_edges_of_their_block() -> None:
+    """A name begins a cell of 8 pixels behind the frame, or ends a cell before it."""
+    timer = block("1", "TON", [from_(name="PT", value="T#1s")], ["ET"], instance="Timer")
+    svg = network_svg(plan(timer), 1)
+    box = re.search(r'<rect class="line" x="([\d.]+)" y="[\d.]+" width="([\d.]+)"', svg)
+    assert box is not None
+    left, right = float(box[1]), float(box[1]) + float(box[2])
+    assert re.search(rf'<text x="{left + 8:g}" y="[\d.]+">PT</text>', svg)
+    assert re.search(rf'<text class="end" x="{right - 8:g}" y="[\d.]+">ET</text>', svg)
+
+
+def test_several_networks_stand_below_each_other() -> None:
+    """The first network has a heading, a name and a contact: 18 + 6 + 36 pixels, and its margin."""
+    first = (contact("1", "A", "0"), coil("2", "B", "1"))
+    second = (contact("3", "C", "0"), coil("4", "D", "3"))
+    both = replace(
+        ladder(*first, *(replace(element, network=2) for element in second)),
+        networks=(Network(1), Network(2, "Next")),
+    )
+    for headed, high in ((True, 70), (False, 46)):
+        root = ElementTree.fromstring(networks_svg(both, "Two", headed=headed))
+        parts = [part for part in root if part.tag == f"{_SPACE}g"]
+        assert [part.get("transform") for part in parts] == [
+            "translate(0 0)",
+            f"translate(0 {high})",
+        ]
+        texts = [[text.text for text in part.iter(f"{_SPACE}text")] for part in parts]
+        assert texts[0] == [*(["Network 1"] if headed else []), "A", "B"]
+        assert texts[1] == [*(["Network 2: Next"] if headed else []), "C", "D"]
+
+
+def test_a_variable_without_a_name_has_its_line() -> None:
+    nameless = plan(read("1", " "), block("2", "F", [from_("1", name="EN")], []))
+    assert network_svg(nameless, 1).count("<path d=") == 1

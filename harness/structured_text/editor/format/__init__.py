@@ -1,0 +1,1 @@
+"""The formatter of Structured Text: indentation, spaces, columns and capitals."""

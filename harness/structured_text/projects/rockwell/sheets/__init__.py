@@ -1,0 +1,1 @@
+"""Function block diagrams of Logix: sheets, and their translation to Structured Text."""
