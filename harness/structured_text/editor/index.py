@@ -20,7 +20,7 @@ from structured_text.editor.texts import Text, same_name
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
-from structured_text.language.compiling import deeply
+from structured_text.language.compiling import deeply, uncollected
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.generics import instantiated
 from structured_text.language.load import Read, survey
@@ -145,7 +145,8 @@ class Index:
         key = str(path)
         if key not in self._found:
             if key not in self._uses:
-                self._uses[key] = deeply(partial(self._collected, key))
+                with uncollected():
+                    self._uses[key] = deeply(partial(self._collected, key))
             self._found[key] = [
                 Occurrence(found, key, one.at, one.name, one.role)
                 for one in self._uses[key]

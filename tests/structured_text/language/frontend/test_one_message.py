@@ -158,6 +158,8 @@ def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
         ("I.", 4, "'END_PROGRAM' is not expected here"),
         ("I := I.\nIF I = 1 THEN I := 2; END_IF;", 4, "'IF' is not expected here"),
         ("CASE I OF\n1: I := 2;", 3, "the CASE of this line has no END_CASE"),
+        ("REPEAT\nI := 1;", 3, "the REPEAT of this line has no END_REPEAT"),
+        ("REPEAT\nI := 1;\nEND_WHILE;", 5, "END_WHILE does not end the REPEAT of line 3"),
     ],
 )
 def test_an_unfinished_statement_leaves_what_follows_readable(
