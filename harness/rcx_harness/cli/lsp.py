@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import gc
 import logging
 import os
 import sys
 from contextlib import redirect_stdout
+from multiprocessing import get_context
 
 from structured_text.errors import InputError
 
@@ -16,6 +18,11 @@ _AT_A_TERMINAL = """\
 rcx lsp waits for the messages of an editor (Language Server Protocol) on standard input.
 Let your editor start it: docs/how-to/editor.md says how for VS Code, Neovim and others.
 Ctrl-C ends it."""
+
+
+def _quietly() -> None:
+    """Keep output of the process for slow checks away from the editor."""
+    os.dup2(2, 1)
 
 
 def lsp() -> None:
@@ -36,6 +43,8 @@ def lsp() -> None:
             "rcx lsp needs the package pygls",
             hint="install it: pip install 'rcx-harness[editor]'",
         ) from None
+    from concurrent.futures import ProcessPoolExecutor
+
     from rcx_harness.editor.extras import RobotExtras
 
     if sys.stdin.isatty():
@@ -43,7 +52,8 @@ def lsp() -> None:
     logging.basicConfig(stream=sys.stderr, level=logging.WARNING)
     # Separate streams: the server closes them, and no other output may reach the editor.
     reading, writing = os.fdopen(os.dup(0), "rb"), os.fdopen(os.dup(1), "wb")
-    server = Server(RobotExtras())
+    slow = ProcessPoolExecutor(1, get_context("spawn"), _quietly)
+    server = Server(RobotExtras(), slow, gc.freeze)
     with redirect_stdout(sys.stderr):
         try:
             server.start_io(reading, writing)

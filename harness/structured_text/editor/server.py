@@ -9,7 +9,7 @@ from __future__ import annotations
 import asyncio
 import logging
 from collections.abc import Awaitable, Callable, Iterable
-from concurrent.futures import Executor, ThreadPoolExecutor
+from concurrent.futures import BrokenExecutor, Executor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeVar
 
@@ -40,9 +40,16 @@ class Server(LanguageServer):
     Args:
         extras: What the distribution adds.
         background: Runs slow checks. None: the thread of the other work runs them.
+        settled: Called after the first check of a program. All that it has made lasts, so that the
+            search for unreachable objects need not look at it again.
     """
 
-    def __init__(self, extras: Extras, background: Executor | None = None) -> None:
+    def __init__(
+        self,
+        extras: Extras,
+        background: Executor | None = None,
+        settled: Callable[[], object] = lambda: None,
+    ) -> None:
         super().__init__(extras.name, extras.version)
         self.extras = extras
         self._worker = ThreadPoolExecutor(1)
@@ -50,6 +57,8 @@ class Server(LanguageServer):
         self._own_background = background is not None
         self.programs = Programs([], Settings(), extras.find)
         self.results = Results(self.programs.documents, extras.name)
+        self._settled = settled
+        self._checked: set[Program] = set()
         self._timer: asyncio.TimerHandle | None = None
         self._changes = 0
         self._said: tuple[str, ...] = ()
@@ -193,12 +202,18 @@ class Server(LanguageServer):
         for program, sources in clean:
             if change != self._changes:
                 return
-            loop = asyncio.get_running_loop()
-            notes = await loop.run_in_executor(
-                self._background, self.extras.notes, sources, program.settings
-            )
+            notes = await self._slowly(self.extras.notes, sources, program.settings)
             if change == self._changes:
                 await self._publish(self.results.put, program, "notes", notes)
+
+    async def _slowly(self, work: Callable[..., _T], *arguments: Any) -> _T:
+        """Run slow work; if its process has ended, this and all later work runs in this one."""
+        loop = asyncio.get_running_loop()
+        try:
+            return await loop.run_in_executor(self._background, work, *arguments)
+        except BrokenExecutor:
+            self._background, self._own_background = self._worker, False
+            return await self.do(work, *arguments)
 
     def _open_programs(self) -> list[Program]:
         """Return the programs of the open documents."""
@@ -212,6 +227,9 @@ class Server(LanguageServer):
             self.results.put(program, "errors", [note_of_error(error, self._first(program))])
             self.results.forget(program, "notes")
             return None
+        if program not in self._checked:
+            self._checked.add(program)
+            self._settled()
         errors = self.extras.explained(errors, sources, program.settings)
         notes = [note_of_error(error, sources.own[0]) for error in errors]
         notes += map(note_of_unread, unread_bodies(sources.all))
