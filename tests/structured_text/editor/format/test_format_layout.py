@@ -137,6 +137,9 @@ def test_white_space_does_not_decide_the_layout(indent: int, seed: int) -> None:
         # Arguments are aligned behind the parenthesis, or indented below the call.
         "PROGRAM P\n  Motor(Speed := 3,\n        Time := T#5s);\nEND_PROGRAM\n",
         "PROGRAM P\n  Motor(\n    Speed := 3,\n    Time  := T#5s\n  );\nEND_PROGRAM\n",
+        # A condition is aligned behind IF, an operand behind its pin or below the statement.
+        "PROGRAM P\n  IF A\n     AND B THEN\n    C := D\n      OR E(F := G\n           OR H);\n"
+        "  END_IF;\nEND_PROGRAM\n",
         # Several assignments may be on one line, and aligned below each other.
         "PROGRAM P\n  A := 1; B := 2;\n  Cde   := 3;\n  Fghij := 4;\nEND_PROGRAM\n",
         # A text over several lines and a name with letters beyond ASCII are not changed.
