@@ -135,7 +135,7 @@ def _swept(options: SweepOptions, stimulus: Path, junit: JunitFile) -> tuple[str
     if junit.wanted:
         junit.write([moments_suite(by_name, moments, scan_us, found, commands)])
         junit.say()
-    return _as_json(options, what, found, len(moments)), bool(found)
+    return _as_json(options, what, found, commands, len(moments)), bool(found)
 
 
 def _scans(options: SweepOptions, cells: Cells) -> int:
@@ -165,6 +165,7 @@ def _as_json(
     options: SweepOptions,
     what: list[Inject],
     found: dict[tuple[str, str], dict[int, str]],
+    commands: dict[tuple[str, str], str],
     moments: int,
 ) -> str:
     classes: list[dict[str, Any]] = [
@@ -174,6 +175,7 @@ def _as_json(
             "moments": len(scans),
             "scans": ranges(list(scans), options.every),
             "text": scans[min(scans)],
+            "command": commands.get((name, kind), ""),
         }
         for (name, kind), scans in found.items()
     ]

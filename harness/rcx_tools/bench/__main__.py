@@ -34,6 +34,7 @@ POINTS: dict[str, str] = {
     "speed": "the run of make demo compared with real time, and the start of commands",
     "programs": "a cell with movements in the robot's program, compared with remote commands",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
+    "editor": "the language server: diagnostics after a change, hover, completion",
     "language": "files of public repositories that the front end accepts (RCX_REPOSITORIES)",
     "suite": "the tests: time, the ten slowest, the same results in any order and processes",
 }

@@ -24,6 +24,7 @@ from rcx_tools.docs.cli import command_page, commands_index
 from rcx_tools.docs.commands import commands_page
 from rcx_tools.docs.diagnosis import diagnosis_page
 from rcx_tools.docs.dialects import language_page
+from rcx_tools.docs.editor_facts import editor_facts
 from rcx_tools.docs.engines import engines_page
 from rcx_tools.docs.moving import moving_svg
 from rcx_tools.docs.probes import probes_page
@@ -313,6 +314,7 @@ def pages() -> dict[str, Callable[[], str]]:
             "Remote commands", "spec/remote_commands.toml and spec/blocks.toml", commands_page()
         ),
         "docs/how-to/diagnosis.md": diagnosis_page,
+        "harness/rcx_harness/editor/blocks.json": editor_facts,
         "docs/reference/engines.md": engines_page,
         "docs/reference/errors.md": lambda: _page("Errors", "spec/errors.toml", _errors()),
         "docs/reference/export-words.md": lambda: _page(

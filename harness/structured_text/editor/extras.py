@@ -13,10 +13,11 @@ from structured_text.editor.diagnostics import Note
 from structured_text.editor.programs import find_sources
 from structured_text.editor.settings import Settings
 from structured_text.errors import COMMAND, InputError
+from structured_text.language import syntax as s
 from structured_text.projects.missing import by_library
 from structured_text.projects.sources import SourceFiles
 
-__all__ = ["Extras", "Lens", "Plain"]
+__all__ = ["Extras", "Fix", "Lens", "Plain"]
 
 
 @dataclass(frozen=True)
@@ -33,6 +34,15 @@ class Lens:
     title: str
     action: str
     arguments: tuple[Any, ...] = ()
+
+
+@dataclass(frozen=True)
+class Fix:
+    """A change that removes a mistake."""
+
+    title: str
+    edits: list[types.TextEdit]
+    diagnostic: types.Diagnostic
 
 
 class Extras(Protocol):
@@ -60,24 +70,31 @@ class Extras(Protocol):
     ) -> list[InputError]:
         """Return the errors with better hints, and errors of missing libraries joined."""
 
-    def hover(self, words: Sequence[str]) -> str:
-        """Return more text about a name, in Markdown.
+    def hover(self, owner: str, name: str, kind: str) -> str:
+        """Return more text about a declared name, in Markdown; empty if there is nothing to add.
 
-        `words` are the name of a block, and possibly that of its pin. Empty: nothing to add.
+        `owner` is the name of the declaration around it, and `kind` the type of a variable; both
+        may be empty.
         """
 
-    def actions(
-        self, path: Path, text: str, diagnostics: Sequence[types.Diagnostic]
-    ) -> list[tuple[str, types.TextEdit, types.Diagnostic]]:
-        """Return changes that remove a mistake: title, change, and what it removes."""
+    def fixes(self, path: Path, text: str, diagnostics: Sequence[types.Diagnostic]) -> list[Fix]:
+        """Return changes that remove mistakes in a document."""
 
-    def lenses(self, path: Path, sources: SourceFiles) -> list[Lens]:
+    def lenses(self, path: Path, source: s.Source, sources: SourceFiles) -> list[Lens]:
         """Return the commands to show in a file."""
 
     def perform(
-        self, action: str, arguments: Sequence[Any], sources: SourceFiles, settings: Settings
-    ) -> Note:
-        """Carry out the command of a lens, and return its result."""
+        self,
+        action: str,
+        arguments: Sequence[Any],
+        program: Sequence[Path],
+        sources: SourceFiles,
+        settings: Settings,
+    ) -> list[Note]:
+        """Carry out the command of a lens, and return its results.
+
+        `program` are the files and folders of the program.
+        """
 
 
 class Plain:
@@ -102,26 +119,29 @@ class Plain:
         del settings
         return by_library(errors, sources.missing, sources.declared)
 
-    def hover(self, words: Sequence[str]) -> str:
+    def hover(self, owner: str, name: str, kind: str) -> str:
         """Return no text."""
-        del words
+        del owner, name, kind
         return ""
 
-    def actions(
-        self, path: Path, text: str, diagnostics: Sequence[types.Diagnostic]
-    ) -> list[tuple[str, types.TextEdit, types.Diagnostic]]:
+    def fixes(self, path: Path, text: str, diagnostics: Sequence[types.Diagnostic]) -> list[Fix]:
         """Return no changes."""
         del path, text, diagnostics
         return []
 
-    def lenses(self, path: Path, sources: SourceFiles) -> list[Lens]:
+    def lenses(self, path: Path, source: s.Source, sources: SourceFiles) -> list[Lens]:
         """Return no commands."""
-        del path, sources
+        del path, source, sources
         return []
 
     def perform(
-        self, action: str, arguments: Sequence[Any], sources: SourceFiles, settings: Settings
-    ) -> Note:
+        self,
+        action: str,
+        arguments: Sequence[Any],
+        program: Sequence[Path],
+        sources: SourceFiles,
+        settings: Settings,
+    ) -> list[Note]:
         """Raise InputError, because there are no commands."""
-        del arguments, sources, settings
+        del arguments, program, sources, settings
         raise InputError(f"there is no command {action}")

@@ -108,6 +108,8 @@ class Index:
         self._paths: dict[str, list[s.Source]] = {}
         for source in whole:
             self._paths.setdefault(str(source.file), []).append(source)
+        if before is not None:
+            self.scopes = {**_lost(before, scopes, whole), **scopes}
         self._uses: dict[str, list[_Use]] = {}
         self._found: dict[str, list[Occurrence]] = {}
         if before is not None:
@@ -175,7 +177,8 @@ class Index:
             if above < line <= len(old) - below:
                 continue
             at = one.at._replace(line=line + (moved if line > above else 0))
-            if same_name(text.name_at(at), one.name):
+            in_code = text.plain[text.offset(at) : text.offset(at) + 1].strip()
+            if in_code and same_name(text.name_at(at), one.name):
                 found.append(replace(one, at=at))
         return found
 
@@ -329,6 +332,21 @@ class _Walk:
             if program.task is not None:
                 self._note(f"@{node.name.key}.{program.task.key}", program.task)
             self._note(program.program.key, program.program)
+
+
+def _lost(
+    before: Index, scopes: Mapping[str, Scope], sources: Iterable[s.Source]
+) -> dict[str, Scope]:
+    """Return the scopes before a change that are missing in a text with mistakes.
+
+    While somebody is typing, a whole POU can be unreadable. Completion still needs its names.
+    """
+    broken = {str(one.file) for one in sources if one.errors}
+    return {
+        key: scope
+        for key, scope in before.scopes.items()
+        if key not in scopes and str(scope.where.file) in broken
+    }
 
 
 def _is_pin(definition: Definition) -> bool:

@@ -26,9 +26,10 @@ from structured_text.editor.features.rename import prepare, rename
 from structured_text.editor.features.signature import TRIGGERS, signature
 from structured_text.editor.features.tokens import LEGEND, tokens
 from structured_text.editor.index import Index
-from structured_text.editor.names import Definition
+from structured_text.editor.names import Definition, spec_name
 from structured_text.editor.programs import Program, Programs
 from structured_text.errors import InputError
+from structured_text.output.paths import real
 
 __all__ = ["Requests"]
 
@@ -42,6 +43,7 @@ class _Server(Protocol):
 
     extras: Extras
     programs: Programs
+    command_name: str
 
     def feature(self, name: str, options: Any = None) -> Callable[[Any], Any]:
         """Register a function for a request."""
@@ -80,6 +82,12 @@ class Requests:
         on(types.TEXT_DOCUMENT_FOLDING_RANGE, self._whole(folding))
         on(types.TEXT_DOCUMENT_SEMANTIC_TOKENS_FULL, self._whole(tokens), LEGEND)
         on(types.TEXT_DOCUMENT_INLAY_HINT, self._hints)
+        on(
+            types.TEXT_DOCUMENT_CODE_ACTION,
+            self._fixes,
+            types.CodeActionOptions([types.CodeActionKind.QuickFix]),
+        )
+        on(types.TEXT_DOCUMENT_CODE_LENS, self._lenses, types.CodeLensOptions())
 
     def _on(self, method: str, work: Callable[[Any], Any], options: Any = None) -> None:
         """Answer a request by work on programs; bad input is an answer with its message."""
@@ -130,7 +138,7 @@ class Requests:
         if found is None:
             return None
         extras = self._server.extras
-        return hover(*found, given.position, lambda name: extras.hover(_words(name)))
+        return hover(*found, given.position, lambda name: extras.hover(*_named(name)))
 
     def _completion(self, given: types.CompletionParams) -> list[types.CompletionItem] | None:
         found = self._indexed(given, current=False)
@@ -148,6 +156,41 @@ class Requests:
         found = self._indexed(given, current=False)
         return None if found is None else signature(*found, given.position)
 
+    def _fixes(self, given: types.CodeActionParams) -> list[types.CodeAction] | None:
+        path = to_fs_path(given.text_document.uri)
+        if not path:
+            return None
+        text = self._server.programs.documents.text(Path(path))
+        fixes = self._server.extras.fixes(Path(path), text, given.context.diagnostics)
+        return [
+            types.CodeAction(
+                one.title,
+                types.CodeActionKind.QuickFix,
+                [one.diagnostic],
+                edit=types.WorkspaceEdit({given.text_document.uri: one.edits}),
+            )
+            for one in fixes
+        ]
+
+    def _lenses(self, given: types.CodeLensParams) -> list[types.CodeLens] | None:
+        path = to_fs_path(given.text_document.uri)
+        if not path:
+            return None
+        program = self._server.programs.of(Path(path))
+        sources = program.sources()
+        wanted = real(path)
+        return [
+            types.CodeLens(
+                types.Range(place := types.Position(one.line - 1, 0), place),
+                types.Command(
+                    one.title, self._server.command_name, arguments=[one.action, *one.arguments]
+                ),
+            )
+            for file in sources.own
+            if real(file) == wanted
+            for one in self._server.extras.lenses(Path(path), program.read(file), sources)
+        ]
+
     def _references(self, given: types.ReferenceParams) -> list[types.Location] | None:
         found = self._indexed(given)
         if found is None:
@@ -163,6 +206,8 @@ class Requests:
         return rename(*found, given.position, given.new_name, library)
 
 
-def _words(definition: Definition) -> tuple[str, ...]:
-    """Return the name of a declared name, with the names around it."""
-    return tuple(definition.key.split("."))
+def _named(definition: Definition) -> tuple[str, str, str]:
+    """Return the owner and the name of a declared name, and its type if it is a variable."""
+    node = definition.node
+    kind = spec_name(node.spec) if definition.kind == "variable" else ""
+    return definition.owner, definition.name, kind

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import asyncio
 import logging
-from collections.abc import Callable, Iterable
+from collections.abc import Awaitable, Callable, Iterable
 from concurrent.futures import Executor, ThreadPoolExecutor
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,7 +17,7 @@ from lsprotocol import types
 from pygls.lsp.server import LanguageServer
 from pygls.uris import to_fs_path
 
-from structured_text.editor.diagnostics import note_of_error, note_of_unread
+from structured_text.editor.diagnostics import Note, note_of_error, note_of_unread
 from structured_text.editor.extras import Extras
 from structured_text.editor.programs import Program, Programs
 from structured_text.editor.requests import Requests
@@ -54,7 +54,9 @@ class Server(LanguageServer):
         self._changes = 0
         self._said: tuple[str, ...] = ()
         self._tasks: set[asyncio.Task[None]] = set()
+        self.command_name = f"{extras.name}.perform"
         self._requests = Requests(self)
+        self.command(self.command_name)(self._command())
         self._on(types.INITIALIZE, self._initialize)
         self._on(types.TEXT_DOCUMENT_DID_OPEN, self._opened)
         self._on(types.TEXT_DOCUMENT_DID_CHANGE, self._changed)
@@ -126,6 +128,30 @@ class Server(LanguageServer):
         if path:
             text = self.workspace.get_text_document(uri).source
             self._worker.submit(self.programs.documents.put, Path(path), uri, text)
+
+    def _command(self) -> Callable[..., Awaitable[None]]:
+        """Return the function for the command of a lens."""
+
+        async def called(action: str, file: str, line: int) -> None:
+            await self._perform(action, Path(file), line)
+
+        return called
+
+    async def _perform(self, action: str, file: Path, line: int) -> None:
+        """Carry out the command of a lens; its results replace the earlier ones."""
+        program = await self.do(self.programs.of, file)
+        try:
+            sources = await self.do(program.sources)
+            begun = Note(str(file), line, 0, f"{action} ...", "information", action)
+            await self._publish(self.results.put, program, action, [begun])
+            work = self.extras.perform
+            loop = asyncio.get_running_loop()
+            notes = await loop.run_in_executor(
+                None, work, action, (str(file), line), program.given, sources, program.settings
+            )
+        except InputError as error:
+            notes = [note_of_error(error, file)]
+        await self._publish(self.results.put, program, action, notes)
 
     def _tell(self, text: str, kind: types.MessageType) -> None:
         self.window_show_message(types.ShowMessageParams(kind, legible(text)))

@@ -55,9 +55,9 @@ def _one(
         elif section.kind != "VAR_INPUT":
             yield s.Assign(name, initial, name.at)
     elif symbol.calculated:
-        assert initial is not None
-        assert not isinstance(initial, _NO_EXPRESSION)
-        yield s.Assign(name, initial, name.at)
+        # A second declaration of the name, which has been reported, has another initial value.
+        if initial is not None and not isinstance(initial, _NO_EXPRESSION):
+            yield s.Assign(name, initial, name.at)
     elif _has_arguments(variable):
         assert isinstance(variable.spec, s.NamedSpec)
         yield Start(name, variable.spec.arguments, variable.spec.at)

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
+import pytest
+
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
 
@@ -112,3 +114,8 @@ def test_a_program_names_its_own_parts(build: Build) -> None:
     )
     program.scan(0)
     assert program.read("Main.A") == 7
+
+
+def test_a_second_declaration_of_a_calculated_value_is_reported(build: Build) -> None:
+    with pytest.raises(InputError, match="B is declared twice"):
+        build("PROGRAM Main VAR A : INT; B : INT := A + 1; B : INT; END_VAR END_PROGRAM")

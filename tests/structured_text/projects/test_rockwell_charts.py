@@ -274,6 +274,14 @@ def test_a_tag_of_a_module_is_found_left_of_the_sign(tmp_path: Path) -> None:
     assert made.read("Local_1_O.Data") == 8
 
 
+def test_a_note_of_an_action_is_reported_once(tmp_path: Path) -> None:
+    """GSV reads nothing of the system; its note has the line of the action."""
+    chart = "S0: A0 N GSV(Task,Main,Rate,i);\nS1:\nT0 a\n0-10-1"
+    notes = [note for note in read(_written(tmp_path, chart)).notes if "GSV" in note]
+    assert len(notes) == 1
+    assert "i keeps its value" in notes[0]
+
+
 def test_each_line_names_its_element(tmp_path: Path) -> None:
     """The lines of an action, a transition and a step have its name."""
     file = _written(tmp_path, "S0: A0 N i := 1;\nS1:\nT0 a\n0-10-1")

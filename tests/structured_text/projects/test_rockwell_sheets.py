@@ -216,6 +216,7 @@ def test_lines_and_drawing_name_the_sheet(tmp_path: Path) -> None:
     ]
     assert piece.diagram is not None
     drawn = network_text(piece.diagram, 1)
+    assert drawn.startswith("Sheet 1\nLamp *)")
     assert "a──│In   Out│──>on>" in drawn
     assert ">on>──b" in network_text(piece.diagram, 2)
     (source,) = (one for one in source_files([file], None).all if getattr(one, "diagrams", ()))

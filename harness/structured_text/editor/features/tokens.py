@@ -139,11 +139,8 @@ def _skipped(text: Text) -> Iterator[_Token]:
 def _encoded(text: Text, found: list[_Token]) -> list[int]:
     """Return the tokens as numbers: each position is relative to the token before it."""
     numbers: list[int] = []
-    line = column = behind = 0
+    line = column = 0
     for token in found:
-        if token.begin < behind:
-            continue  # a token inside of another one
-        behind = token.end
         at = text.at(token.begin)
         here = at.line - 1
         start = units(text.lines[here][: at.column - 1])

@@ -280,11 +280,13 @@ class _Translation:
             lines: Lines = ()
             if given:
                 routine = self.body.routine
+                before = len(routine.notes)
                 try:
                     lines = translated(given[0].body, routine)
                 except InputError as error:
                     text = f"the action {given[0].tag}: {error.message}"
                     raise LadderError(text, error.line or given[0].at, error.hint) from None
+                self.body.notes += routine.notes[before:]
                 self.body.first += jumps_in(tokens_of(given[0].body))
                 self.body.first += [First((line,)) for line in routine.take_cleared()]
             if len(given) > 1:

@@ -105,7 +105,7 @@ def live_network(
     made = LiveNetwork(diagram, number, find, edges)
     heading = [entry for entry in diagram.networks if entry.number == number]
     title = heading[0].title if heading else ""
-    word = "Rung" if diagram.language == "RLL" else "Network"
+    word = diagram.word.capitalize()
     return {
         "title": f"{word} {number}{': ' if title else ''}{title}",
         "comment": heading[0].comment if heading else "",
