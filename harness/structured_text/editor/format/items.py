@@ -119,7 +119,8 @@ class _Splitter:
 
     def __init__(self, text: str, file: Path) -> None:
         self._text, self._file = text, file
-        self._end = 0
+        #: Offset and column behind the last item.
+        self._end, self._column = 0, 0
 
     def items(self, found: list[Token]) -> Iterator[Item]:
         """Yield the tokens, and the items between them."""
@@ -143,12 +144,9 @@ class _Splitter:
 
     def _item(self, kind: str, value: str, start: int, end: int) -> Item:
         passed = self._text[self._end : start]
-        line = self._text.rfind("\n", 0, start) + 1
-        column = len(self._text[line:start].expandtabs(TAB))
-        gap = 0
-        if passed and "\n" not in passed:
-            gap = column - len(self._text[line : self._end].expandtabs(TAB))
-        self._end = end
+        column = _behind(self._column, passed)
+        gap = column - self._column if "\n" not in passed else 0
+        self._end, self._column = end, _behind(column, self._text[start:end])
         return Item(kind, value, passed.count("\n"), column, gap)
 
     def _between(self, end: int) -> Iterator[Item]:
@@ -197,6 +195,16 @@ class _Splitter:
             return behind, PRAGMAS
         last = max((one.end() for one in _CONDITION.finditer(self._text, behind, end)), default=0)
         return (last, EXCLUDED) if last else (behind, PRAGMAS)
+
+
+def _behind(column: int, text: str) -> int:
+    """Return the column behind a text that begins in a column."""
+    _, end, last = text.rpartition("\n")
+    if "\t" not in last:
+        return len(last) + (0 if end else column)
+    before = 0 if end else column
+    shift = before % TAB
+    return before - shift + len(f"{' ' * shift}{last}".expandtabs(TAB))
 
 
 def _behind_comment(text: str, offset: int) -> int:

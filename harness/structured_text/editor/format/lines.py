@@ -197,8 +197,8 @@ class _Anchors:
     """Columns at which lines of a statement may be aligned, in source and result."""
 
     def __init__(self) -> None:
-        #: Depth, column in the source, column in the result.
-        self._columns: list[tuple[int, int, int]] = []
+        #: Depth, column in the source, column in the result, and whether it ends with its argument.
+        self._columns: list[tuple[int, int, int, bool]] = []
         #: For each open parenthesis: column of its line, and of the first part behind it.
         self._open: list[tuple[int, int | None]] = []
         self._before = ""
@@ -212,12 +212,15 @@ class _Anchors:
             self._columns, self._open = [], []
             self._start = (item.column, placed.column)
         elif self._before in _ALIGNED_BEHIND:
-            self._columns.append((len(self._open), item.column, placed.column))
-            if self._before in _OPENING and placed is not first:
+            depth, opened = len(self._open), self._before in _OPENING
+            if self._before == "COMMA":
+                self._columns = [one for one in self._columns if one[0] < depth or not one[3]]
+            self._columns.append((depth, item.column, placed.column, not opened))
+            if opened and placed is not first:
                 self._open[-1] = (self._open[-1][0], placed.column)
         self._before = item.kind
         if item.kind in _OPENING:
-            self._columns.append((len(self._open) + 1, item.column, placed.column))
+            self._columns.append((len(self._open) + 1, item.column, placed.column, False))
             self._open.append((first.column, None))
         elif item.kind in _CLOSING and self._open:
             self._open.pop()
@@ -231,13 +234,13 @@ class _Anchors:
             return self._open[-1][0]
         if item.kind in _HEAD_ENDS:
             return here
-        for _, source, column in reversed(self._columns):
+        for _, source, column, _ in reversed(self._columns):
             if item.column == source:
                 return column
         offset = item.column - there
         if 0 < offset <= _FARTHEST and offset % INDENT == 0:
             return here + offset
-        for _, source, column in reversed(self._columns):
+        for _, source, column, _ in reversed(self._columns):
             if item.column == source + INDENT:
                 return column + INDENT
         if not self._open:
@@ -251,8 +254,8 @@ def written(lines: Iterable[Line]) -> Iterator[str]:
     for line in lines:
         if line.blank:
             yield ""
-        text = ""
+        texts, end = [], 0
         for placed in line.parts:
-            text = f"{text}{' ' * (placed.column - len(text.rpartition(chr(10))[2]))}"
-            text += placed.text
-        yield text
+            texts += [" " * (placed.column - end), placed.text]
+            end = placed.end
+        yield "".join(texts)

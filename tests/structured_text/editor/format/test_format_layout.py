@@ -109,12 +109,15 @@ def _words() -> list[list[str]]:
 @settings(max_examples=10, deadline=None)
 @given(st.integers(0, 5), st.integers())
 def test_white_space_does_not_decide_the_layout(indent: int, seed: int) -> None:
-    """Any number of spaces between words and before lines gives the same text."""
+    """Any number of spaces between words and before lines gives the same text.
+
+    Comments are far from their code, because a comment close to its code is a layout of its own.
+    """
     draw = Random(seed)
     lines = []
     for words in _words():
-        spaces = [indent, *(draw.randint(1, 3) for _ in words)]
-        pairs = zip(words, spaces, strict=False)
+        spaces = [20 if word.startswith("(*") else draw.randint(1, 3) for word in words]
+        pairs = zip(words, [indent, *spaces[1:]], strict=False)
         lines.append("".join(f"{' ' * space}{word}" for word, space in pairs))
     assert formatted("\n".join(lines), _FILE) == _CLEAN
 
@@ -137,6 +140,9 @@ def test_white_space_does_not_decide_the_layout(indent: int, seed: int) -> None:
         # Arguments are aligned behind the parenthesis, or indented below the call.
         "PROGRAM P\n  Motor(Speed := 3,\n        Time := T#5s);\nEND_PROGRAM\n",
         "PROGRAM P\n  Motor(\n    Speed := 3,\n    Time  := T#5s\n  );\nEND_PROGRAM\n",
+        # A condition is aligned behind IF, an operand behind its pin or below the statement.
+        "PROGRAM P\n  IF A\n     AND B THEN\n    C := D\n      OR E(F := G\n           OR H);\n"
+        "  END_IF;\nEND_PROGRAM\n",
         # Several assignments may be on one line, and aligned below each other.
         "PROGRAM P\n  A := 1; B := 2;\n  Cde   := 3;\n  Fghij := 4;\nEND_PROGRAM\n",
         # A text over several lines and a name with letters beyond ASCII are not changed.
