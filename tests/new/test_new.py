@@ -33,7 +33,7 @@ _VERIFY = {
     "rcx mutants plc --fail-under 90 -- pytest": (),
     "rcx explore plc --properties campaign.toml --scan 1s --bound 2000": ("--bound", "50"),
     "rcx prove plc": (),
-    "rcx debug --vscode ~/.vscode/extensions/rcx-debug": (),
+    "rcx debug --vscode ~/.vscode/extensions/rcx": (),
 }
 #: Commands with tests of their own in this file.
 _TESTED_SEPARATELY = ("pytest", "rcx mutants")
@@ -108,7 +108,7 @@ def test_the_readme_has_one_line_for_each_command(tmp_path: Path) -> None:
 @pytest.mark.exhaustive(
     but=[
         "rcx explore plc --properties campaign.toml --scan 1s --bound 2000",
-        "rcx debug --vscode ~/.vscode/extensions/rcx-debug",
+        "rcx debug --vscode ~/.vscode/extensions/rcx",
     ]
 )
 @pytest.mark.parametrize(

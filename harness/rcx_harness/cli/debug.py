@@ -23,6 +23,7 @@ from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.cli import no_robot as without
 from rcx_harness.cli.options import duration_us, replacements, with_options
 from rcx_harness.cli.run import RunOptions
+from rcx_harness.cli.vscode_extension import write_extension
 from rcx_harness.verify.debug.machine import CellMachine
 from rcx_harness.verify.debug.recording import is_recording, opened
 from structured_text.bench import Bench
@@ -31,7 +32,6 @@ from structured_text.debug.bench import BenchMachine
 from structured_text.debug.protocol import Client
 from structured_text.debug.session import Launched, Session
 from structured_text.errors import InputError, did_you_mean
-from structured_text.output.files import replace_files
 
 __all__ = ["debug", "launched"]
 
@@ -43,7 +43,6 @@ docs/how-to/debug.md says how for others. Or give clients a port: rcx debug --po
 Ctrl-C ends it."""
 
 _HOST = "127.0.0.1"
-_EXTENSION = Path(__file__).resolve().parents[1] / "verify" / "debug" / "vscode"
 
 #: The options of `rcx run` that a launch may have. All other options write files or need real time.
 _OPTIONS = (
@@ -104,7 +103,7 @@ def debug(
     Exit code: 0, or 2 on bad input.
     """
     if vscode is not None:
-        _write_extension(vscode)
+        write_extension(vscode)
         return
     given = list(files or ())
     if port is not None:
@@ -189,18 +188,6 @@ def _token() -> tuple[str, str]:
         hint = f"give at least {_TOKEN_LENGTH} characters, or leave it out"
         raise InputError(f"{_TOKEN} is too short for a token", hint=hint)
     return token, f'its launch must contain the token of {_TOKEN}: "token": "..."'
-
-
-def _write_extension(folder: Path) -> None:
-    contents = {folder / file.name: file.read_bytes() for file in sorted(_EXTENSION.iterdir())}
-    for path, data in contents.items():
-        if os.path.exists(path) and path.read_bytes() != data:
-            hint = "name another folder, or remove it"
-            raise InputError(
-                "already exists with other contents; nothing was written", file=path, hint=hint
-            )
-    replace_files(contents)
-    print("written: " + ", ".join(os.fspath(path) for path in contents))
 
 
 # --- what a client launches ---------------------------------------------------------------------

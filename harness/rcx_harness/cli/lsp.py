@@ -8,7 +8,12 @@ import os
 import sys
 from contextlib import redirect_stdout
 from multiprocessing import get_context
+from pathlib import Path
+from typing import Annotated
 
+import typer
+
+from rcx_harness.cli.vscode_extension import write_extension
 from structured_text.errors import InputError
 
 __all__ = ["lsp"]
@@ -25,7 +30,12 @@ def _quietly() -> None:
     os.dup2(2, 1)
 
 
-def lsp() -> None:
+def lsp(
+    vscode: Annotated[
+        Path | None,
+        typer.Option(help="Write the extension for VS Code into this folder, then end."),
+    ] = None,
+) -> None:
     """Show mistakes while you type, in an editor that knows the Language Server Protocol.
 
     An editor starts the command and talks to it on standard input and output. It gets mistakes and
@@ -34,6 +44,9 @@ def lsp() -> None:
 
     Exit code: 0, or 2 if the package pygls is missing.
     """
+    if vscode is not None:
+        write_extension(vscode)
+        return
     try:
         from structured_text.editor.server import Server
     except ModuleNotFoundError as error:

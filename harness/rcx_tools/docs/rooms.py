@@ -21,7 +21,7 @@ Plan: TypeAlias = tuple[Mapping[str, float], ...]
 PLANS: Mapping[str, Plan] = {
     "rcx_harness": (
         {"cli": 2.3},
-        {"assistant": 2.3, "editor": 4.3},
+        {"editor": 1.2, "assistant": 2.3},
         {"testing": 0.8, "new": 1.8, "bridge": 2.8, "serve": 3.8, "look": 4.8},
         {"verify": 1},
         {"cell": 2},
