@@ -17,7 +17,7 @@ from imports import Graph, find_cycle, floors, imports, private_names, room_grap
 PLANS = {
     "rcx_harness": (
         ("cli",),
-        ("assistant",),
+        ("assistant", "editor"),
         ("testing", "new", "bridge", "serve", "look"),
         ("verify",),
         ("cell",),

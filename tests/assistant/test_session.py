@@ -20,6 +20,8 @@ import pytest
 from mcp.client.session import ClientSession
 from mcp.client.stdio import StdioServerParameters, stdio_client
 
+from rcx_harness.cli.app import main
+
 pytestmark = pytest.mark.exhaustive
 
 _T = TypeVar("_T")
@@ -171,6 +173,23 @@ def test_files_named_by_files_stay_inside(project: Path, tmp_path: Path) -> None
         assert "SECRET LINE" not in text
 
 
+def test_the_fence_stands_before_code_of_the_project_runs(project: Path, tmp_path: Path) -> None:
+    """A plugin that the settings of pytest name is loaded first, and is inside of the fence.
+
+    Source: docs/how-to/assistant.md.
+    """
+    (tmp_path / "secret.txt").write_text("THE SECRET LINE\n")
+    (project / "pytest.ini").write_text("[pytest]\naddopts = -p early\n")
+    (project / "early.py").write_text(f'raise ValueError(open("{tmp_path}/secret.txt").read())\n')
+
+    async def use(session: ClientSession) -> str:
+        return await _error(session, "mutants", files=["Counter.st"])
+
+    text = _session(project, use)
+    assert "outside of the folders" in text
+    assert "SECRET LINE" not in text
+
+
 def test_tests_of_the_project_have_no_network(project: Path) -> None:
     """Source: docs/how-to/assistant.md."""
     lines = ["import socket", "", "", _TEST]
@@ -233,6 +252,39 @@ def test_a_cancelled_call_ends_its_process(project: Path) -> None:
             await _data(session, "list_blocks", search="FB_ServoOn")
 
     _session(project, use)
+
+
+def test_a_failure_has_a_replay_that_fails_again(
+    project: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The commands in the answers of campaign and prove replay the failures.
+
+    The stage leaves its first value in every good run. Place is 0 in the first scan, which is
+    outside of 1..5.
+
+    Source: docs/how-to/assistant.md.
+    """
+    always = '[[always]]\nname = "idle"\nthat = "Main.Stage = STAGE_IDLE"\n'
+    (project / "idle.toml").write_text(f'length = "3s"\n{always}')
+    body = "VAR Place : INT; List : ARRAY [1..5] OF INT; END_VAR\nList[Place] := 1;"
+    (project / "Index.st").write_text(f"PROGRAM Index\n{body}\nEND_PROGRAM\n")
+
+    async def use(session: ClientSession) -> list[dict[str, Any]]:
+        given = {"files": _EXAMPLE, "robot": ["robot.toml"], "properties": ["idle.toml"]}
+        storm = await _data(session, "campaign", **given, stimulus="stimulus.toml", seeds=1)
+        proved = await _data(session, "prove", files=["Index.st"], no_robot=True)
+        return [*storm["failures"], *proved["properties"]]
+
+    failure, index = _session(project, use)
+    assert (failure["kind"], failure["fails_again"]) == ("always idle", True)
+    assert (index["name"], index["status"]) == ("index Index.st:3", "refuted")
+    monkeypatch.chdir(project)
+    for row, code in ((failure, 1), (index, 2)):
+        assert (project / row["replay"]).is_file()
+        assert main(row["command"].split()[1:]) == code
+    said = capsys.readouterr()
+    assert "Main.Stage = STAGE_IDLE is not so" in said.out
+    assert "Index.st:3" in said.err
 
 
 @pytest.mark.parametrize(("how", "code"), [("end of input", 0), ("SIGTERM", 143), ("SIGINT", 130)])

@@ -8,6 +8,8 @@ from pathlib import Path
 import pytest
 
 from assistant_client import here
+from rcx_harness.assistant import blocks
+from rcx_harness.assistant.call import Answer, Call
 
 COUNTER = """PROGRAM Counter
   VAR
@@ -125,3 +127,15 @@ def test_a_variable_that_changes_often_is_one_event(folder: Path) -> None:
     data = here("explain_trace", folder, trace=trace)["data"]
     text = "Main.Sum changes 29 times until 290 ms, then 30"
     assert data["events"] == [{"t_us": 10_000, "text": text}]
+
+
+def test_a_fault_of_the_package_is_an_answer(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The message names the error and its place, and has no traceback."""
+
+    def fails(call: Call) -> Answer:
+        raise ValueError(call.tool)
+
+    monkeypatch.setattr(blocks, "list_blocks", fails)
+    said = here("list_blocks", folder)["error"]
+    assert said.startswith("this is an error of rcx itself: ValueError: list_blocks (test_tools.py")
+    assert "\n" not in said

@@ -140,7 +140,7 @@ def check(tmp_path: Path) -> Check:
     ],
 )
 def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...]) -> None:
-    """Source: docs/how-to/testing.md, first mistakes."""
+    """Source: docs/how-to/first-mistakes.md."""
     assert check(*body) == []
 
 
@@ -240,7 +240,7 @@ def test_a_program_that_works_is_not_warned(check: Check, body: tuple[str, ...])
 def test_a_first_mistake_is_reported_with_its_line(
     check: Check, body: tuple[str, ...], findings: list[str]
 ) -> None:
-    """Source: docs/how-to/testing.md, first mistakes."""
+    """Source: docs/how-to/first-mistakes.md."""
     found = check(*body)
     expected = [one.format(*range(FIRST - 1, FIRST + 9)) for one in findings]
     assert [one[: len(begin)] for one, begin in zip(found, expected, strict=True)] == expected
@@ -313,7 +313,7 @@ def _whole(folder: Path, text: str) -> list[str]:
 
 @pytest.mark.parametrize("text", OTHERS.values(), ids=OTHERS)
 def test_unclear_sources_are_not_reported(tmp_path: Path, text: str) -> None:
-    """Source: docs/how-to/testing.md, first mistakes."""
+    """Source: docs/how-to/first-mistakes.md."""
     assert _whole(tmp_path, text) == []
 
 
@@ -330,7 +330,7 @@ def test_unclear_sources_are_not_reported(tmp_path: Path, text: str) -> None:
 def test_mistakes_in_such_programs_are_found_if_the_source_is_clear(
     tmp_path: Path, name: str, old: str, new: str, finding: str
 ) -> None:
-    """Source: docs/how-to/testing.md, first mistakes."""
+    """Source: docs/how-to/first-mistakes.md."""
     [found] = _whole(tmp_path, OTHERS[name].replace(old, new))
     assert found.startswith(finding)
 
@@ -359,7 +359,7 @@ def test_check_run_and_a_timeout_of_a_test_print_the_warning(
 
     Warnings do not change the exit code.
 
-    Source: docs/how-to/testing.md, first mistakes.
+    Source: docs/how-to/first-mistakes.md.
     """
     folder = cell_of_template(", Connected := Connected", "")
     said = f"{folder / 'PickAndPlace.st'}:33:3: warning: Connected of ReadArea is not wired "
@@ -368,7 +368,7 @@ def test_check_run_and_a_timeout_of_a_test_print_the_warning(
     assert said in out
     assert "no broken rules, 1 warning" in out
     assert main(["run", str(folder), "--for", "10ms", "--engine", "builtin"]) == 0
-    assert capsys.readouterr().out.count(said) == 1
+    assert capsys.readouterr().err.count(said) == 1
     with Cell.build(folder, engine="builtin") as cell, pytest.raises(CellTimeout) as failed:
         cell.run_until(lambda: False, within="20ms")
     first, *warned = str(failed.value).splitlines()
@@ -379,7 +379,7 @@ def test_check_run_and_a_timeout_of_a_test_print_the_warning(
 def test_the_program_of_the_template_has_no_first_mistake(
     cell_of_template: Callable[[str, str], Path],
 ) -> None:
-    """Source: docs/how-to/testing.md, first mistakes."""
+    """Source: docs/how-to/first-mistakes.md."""
     folder = cell_of_template("PickAndPlace", "PickAndPlace")
     with Cell.build(folder, engine="builtin") as cell, pytest.raises(CellTimeout) as failed:
         cell.run_until(lambda: False, within="20ms")

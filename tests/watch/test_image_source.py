@@ -219,7 +219,7 @@ def test_check_and_run_say_it_and_an_error_of_the_source_comes_alone(
     assert main(["check", *options]) == 0
     assert text in capsys.readouterr().out
     assert main(["run", *options, "--for", "20ms"]) == 0
-    assert text in capsys.readouterr().out
+    assert text in capsys.readouterr().err
     file.write_text(file.read_text().replace("RobotIn[k]", "RobotIn"))
     assert image_use([file], [tmp_path / "lib" / "Library.st"]) == (False, ())
 

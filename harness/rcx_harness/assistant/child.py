@@ -6,13 +6,14 @@ import json
 import os
 import sys
 import sysconfig
-from collections.abc import Iterable
+import traceback
 from pathlib import Path
 from threading import Lock
 from typing import Any, TextIO
 
 from rcx_harness.assistant.call import OUT, Call, Command, Progress, plain
 from rcx_harness.assistant.fence import VARIABLE, Fence
+from rcx_harness.assistant.fence import __file__ as fence_file
 from rcx_harness.assistant.folders import Folders
 from rcx_harness.assistant.limits import MOST_FILE_BYTES
 from rcx_harness.assistant.tools import TOOLS
@@ -23,6 +24,15 @@ from structured_text.language.cache import folder as cache_folder
 from structured_text.output.system import limit_process
 
 __all__ = ["answered", "serve_call"]
+
+#: The module that puts up the fence in each Python of the user's tests.
+_SITE = """import importlib.util
+import sys
+
+spec = importlib.util.spec_from_file_location("rcx_fence", {file!r})
+sys.modules["rcx_fence"] = importlib.util.module_from_spec(spec)
+spec.loader.exec_module(sys.modules["rcx_fence"])
+"""
 
 #: Processor time beyond the real time of a call, after which the process ends by itself [s].
 _SPARE_S = 30
@@ -44,8 +54,18 @@ def answered(call: Call) -> dict[str, Any]:
         return {"error": "the call needs more memory than its limit allows; give it less work"}
     except OSError as error:
         return {"error": legible(str(refused(error)))}
+    except Exception as error:  # the assistant must get an answer, and the server lives on
+        return {"error": legible(_own_error(error))}
     data, text = _relative(plain(answer.data), call), _relative(answer.text, call)
     return {"data": data, "text": text, "whole": answer.whole}
+
+
+def _own_error(error: Exception) -> str:
+    """Return the message for an error that is a fault of the package itself."""
+    last = traceback.extract_tb(error.__traceback__)[-1]
+    what = "".join(traceback.format_exception_only(error)).strip()
+    place = f"{Path(last.filename).name}:{last.lineno}"
+    return f"this is an error of rcx itself: {what} ({place}); please report it"
 
 
 def serve_call(command: Command) -> int:
@@ -77,7 +97,7 @@ def serve_call(command: Command) -> int:
         seconds=int(limits["seconds"]) + _SPARE_S,
     )
     if fence.python:
-        _fence_tests(fence, roots)
+        _fence_tests(fence, call)
     fence.stand()
     print(json.dumps(answered(call), ensure_ascii=True), file=out, flush=True)
     return 0
@@ -107,15 +127,19 @@ def _fence(call: Call) -> Fence:
     return Fence.around(readable, writable, python=tests, local=tests)
 
 
-def _fence_tests(fence: Fence, roots: Iterable[Path]) -> None:
-    """Put the fence for the user's tests into the environment, from which pytest loads it.
+def _fence_tests(fence: Fence, call: Call) -> None:
+    """Put the fence around the user's tests, from the start of their Python on.
 
-    The tests are the user's code, so they may write in the user's folders.
+    Python imports `sitecustomize` before the folder of the tests is in its path. The tests are the
+    user's code, so they may write in the user's folders.
     """
-    inner = Fence(fence.readable, (*fence.writable, *map(str, roots)), local=True)
-    given = os.environ.get("PYTEST_ADDOPTS", "")
-    os.environ["PYTEST_ADDOPTS"] = f"-p rcx_harness.assistant.fence {given}".strip()
-    os.environ[VARIABLE] = inner.saved()
+    writable = (*fence.writable, *map(str, call.folders.roots))
+    os.environ[VARIABLE] = Fence(fence.readable, writable, local=True).saved()
+    folder = call.temporary / "site"
+    folder.mkdir()
+    text = _SITE.format(file=fence_file)
+    (folder / "sitecustomize.py").write_text(text, encoding="utf-8")
+    os.environ["PYTHONPATH"] = os.pathsep.join([str(folder), os.environ.get("PYTHONPATH", "")])
 
 
 def _relative(value: Any, call: Call) -> Any:

@@ -126,7 +126,7 @@ def _resolved(paths: Iterable[object]) -> tuple[str, ...]:
 
 
 def _stand_in_tests(environment: Callable[[str], str | None]) -> None:
-    """Put up the fence of the environment, when pytest loads this module as a plugin."""
+    """Put up the fence of the environment, when the Python of the user's tests starts."""
     if text := environment(VARIABLE):
         Fence.loaded(text).stand()
 

@@ -16,7 +16,6 @@ from rcx_harness.verify.storm.replay import replay
 from rcx_harness.verify.storm.written import command, file_name, forget, write
 from structured_text.farm import Farm
 from structured_text.output.files import replace_files
-from structured_text.output.units import format_us
 
 __all__ = ["campaign", "mutants"]
 
@@ -75,8 +74,9 @@ def campaign(call: Call) -> Answer:
         "failures": rows,
         "notice": cells.notice,
     }
-    lines = [f"{len(seeds)} seeds, {total.acts} events, {format_us(total.virtual_us)}"]
-    lines += [f"{row['kind']}: {row['says']}; replay: {row['replay']}" for row in rows]
+    lines = [f"{len(seeds)} seeds, {total.acts} events, {total.virtual_us / 1e6:g} s"]
+    for row in rows:
+        lines.append(f"{row['says']}; {len(row['seeds'])} seeds; replay: {row['replay'] or 'none'}")
     return Answer(data, "\n".join([*lines, *([] if rows else ["nothing failed"])]))
 
 
@@ -90,7 +90,7 @@ def _class(
         "name": file_name(kind, taken),
         "seeds": list(found.seeds),
         "causes": list(found.causes),
-        "says": "the failure did not occur again",
+        "says": f"{kind}: the failure did not occur again",
         "replay": "",
         "chart": "",
         "command": "",
@@ -133,7 +133,8 @@ def mutants(call: Call) -> Answer:
     call.progress("running the mutants", None, None)
     results = Results(out / "mutants.jsonl", fresh=False, is_whole=is_outcome)
     judging = Judging(console, results, None)
-    found = work.judged(baseline, judging, Farm(0, console=console), Reasons(out / "none.toml"))
+    verdicts = work.judged(baseline, judging, Farm(0, console=console), Reasons(out / "none.toml"))
+    found = verdicts.figures
     survivors = [
         {key: row[key] for key in ("file", "line", "operator", "before", "after")}
         for row in found["survivors"]

@@ -263,6 +263,7 @@ class Cell(Bench):
             raise
         first, *further = members
         try:
+            mistakes = compiled.warned(timing.rpi_us, timing.jitter_us)
             count_programs([member.robot for member in members])
             return cls(
                 through(compiled.program),
@@ -280,8 +281,8 @@ class Cell(Bench):
                 positions=positions,
                 steady=compiled.steady,
                 calls=compiled.calls,
-                notice=compiled.notice,
-                mistakes=compiled.mistakes,
+                notice="\n".join(filter(None, (compiled.notice, *mistakes))),
+                mistakes=mistakes,
                 located=compiled.located,
                 retained=compiled.retained,
                 leave=leave,

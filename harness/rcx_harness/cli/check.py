@@ -27,6 +27,7 @@ from rcx_harness.cli.options import (
     Replace,
     Sources,
     counted,
+    interval_us,
     replacements,
 )
 from rcx_harness.cli.refused_text import grouped
@@ -74,6 +75,9 @@ def check(
     strict: Annotated[
         bool, typer.Option("--strict", help="Exit with 1 on warnings and uncertain refusals, too.")
     ] = False,
+    rpi: Annotated[
+        str, typer.Option(help="Packet interval, for warnings of pins Timeout and Margin.")
+    ] = "10ms",
     json_file: JsonFile = None,
     sarif: Annotated[
         Path | None,
@@ -83,7 +87,8 @@ def check(
     """Check ST sources: syntax, types, portability, calls; also with matiec if it is installed.
 
     Each block of a robot must be called once per scan, between FB_ReadArea and FB_WriteArea. Common
-    first mistakes, such as a pin Connected that is not wired, are warnings.
+    first mistakes, such as a pin Connected that is not wired, are warnings; each names the section
+    of docs/how-to/first-mistakes.md that explains it.
 
     Robot programs (.PGM) and files with all data of a controller (.ALL) are checked, too: all
     statements, blocks, labels, ports and tasks.
@@ -105,6 +110,7 @@ def check(
         raise InputError("--stubs and --lint exclude each other")
     if json_file is not None and json_file == sarif:
         raise InputError("--json and --sarif name the same file", file=sarif)
+    rpi_us = interval_us("--rpi", rpi)
     written = JsonOutput(json_file, JSON_BEGINNING, files or ())
     log = JsonOutput(sarif, SARIF_BEGINNING, files or ())
     findings: list[Finding] = []
@@ -120,7 +126,8 @@ def check(
             if summary:
                 print(summary)
         if (summary or not programs) and (others or not programs):
-            given = _Given(others or files, lib, replace, dialect, device, lint_only, stubs, tool)
+            named = others or files
+            given = _Given(named, lib, replace, dialect, device, lint_only, stubs, tool, rpi_us)
             found, summary = _checked(given)
             findings += found
             if summary:
@@ -149,6 +156,7 @@ class _Given(NamedTuple):
     lint_only: bool
     stubs: Path | None
     tool: str | None
+    rpi_us: int
 
 
 def _checked(given: _Given) -> tuple[list[Finding], str]:
@@ -190,7 +198,7 @@ def _checked(given: _Given) -> tuple[list[Finding], str]:
             (LintFinding(one.file, one.at, one.text, strict=False), "matiec-fault")
             for one in faulty
         ]
-        every = [*source_findings(sources, project, prefix), *faults]
+        every = [*source_findings(sources, project, prefix, given.rpi_us), *faults]
         found = sorted(dict.fromkeys(every), key=lambda one: (str(one[0].file), one[0].at))
     for finding, _ in found:
         print(legible(str(finding)))

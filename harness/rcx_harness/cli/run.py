@@ -354,6 +354,8 @@ def _run(
     except InputError as error:
         raise blame_lib(error, options.lib) from None
     with made as cell:
+        for text in cell.mistakes:
+            print(legible(text), file=sys.stderr)
         timeline, safe, errors = Timeline(cell.trace), _Safe(), _errors_of(cell)
         cell.trace.listen(heard(timeline.take))
         if isinstance(cell, Cell):
@@ -402,7 +404,8 @@ def _run(
             replace_files({options.view: view.page(_title(options, cell))})
         unsafe = safe.told(cell, files, options) if connected else ""
     ended = [f"note: {text}" for text in errors.texts(_MOST_ERRORS)] if errors else []
-    notice = "\n".join(filter(None, (cell.notice, late, unsafe, *ended)))
+    about = [line for line in cell.notice.splitlines() if line not in cell.mistakes]
+    notice = "\n".join(filter(None, (*about, late, unsafe, *ended)))
     coverage = None
     if collector is not None:
         coverage = concluded(collector, options.coverage_out, options.cover_fail_under)

@@ -47,12 +47,14 @@ class CallFinding(NamedTuple):
     Attributes:
         certain: Whether the call fails each time that it runs; otherwise this depends on
             conditions.
+        kind: The section of docs/how-to/first-mistakes.md that explains it.
     """
 
     file: Path
     at: s.Position
     text: str
     certain: bool
+    kind: str = "called-out-of-place"
 
 
 class CallPlan(NamedTuple):
@@ -344,6 +346,7 @@ class _Calls:
                 f"{name} is called {why}: a block that is skipped while it is busy loses its turn "
                 "(16#8013); call it in every scan and switch its Execute or Enable",
                 certain=False,
+                kind="call-under-a-condition",
             )
         keys = [("", name.upper()), *([(area, call.key)] if area else [])]
         return {**way, **{key: (*way.get(key, ()), call) for key in keys}}
@@ -351,7 +354,8 @@ class _Calls:
     def _once(self, call: _Call, way: _Way) -> None:
         """Report a second call of an instance, or a second block for an area of the robot."""
         if call.loop:
-            self._tell(call, f"{call.name} is called inside a loop; call it once per scan, outside")
+            text = f"{call.name} is called inside a loop; call it once per scan, outside"
+            self._tell(call, text, kind="call-in-a-loop")
             return
         before = way.get(("", call.name.upper()), ())
         if before:
@@ -360,6 +364,7 @@ class _Calls:
                 f"{call.name} is called a second time in a scan (first in line "
                 f"{before[0].at.line}); call it once, with all its inputs",
                 certain=_both_run(before, call),
+                kind="called-twice",
             )
             return
         area = AREAS.get(call.block.name)
@@ -370,6 +375,7 @@ class _Calls:
                 f"{call.name} is a second block that {area}s the area of {call.robot} in a scan "
                 f"(the first is {others[0].name} in line {others[0].at.line}); one for each robot",
                 certain=_both_run(others, call),
+                kind="called-twice",
             )
 
     def _one_robot(self, call: _Call) -> None:
@@ -379,6 +385,7 @@ class _Calls:
                 call,
                 f"{call.name} is used for {call.robot} here and for {first.robot} in line "
                 f"{first.at.line}; declare an instance for each robot",
+                kind="several-robots",
             )
 
     def _order(self, call: _Call, area: str, way: _Way) -> None:
@@ -423,8 +430,16 @@ class _Calls:
             for call, block in self._all(self.owner.body)
         )
 
-    def _tell(self, call: _Call, text: str, *, certain: bool = True) -> None:
-        self._found.setdefault((call.at, text), CallFinding(self.file, call.at, text, certain))
+    def _tell(
+        self,
+        call: _Call,
+        text: str,
+        *,
+        certain: bool = True,
+        kind: str = "called-out-of-place",
+    ) -> None:
+        found = CallFinding(self.file, call.at, text, certain, kind)
+        self._found.setdefault((call.at, text), found)
 
 
 def _joined(ways: Sequence[_Way]) -> _Way:

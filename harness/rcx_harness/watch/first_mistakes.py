@@ -2,7 +2,8 @@
 
 All of them are legal Structured Text: the program runs, but its robot does nothing. They are: no
 FB_ReadArea or no FB_WriteArea for a robot, a required pin that is not wired, a block that is used
-but never called, and a robot that a block takes as a copy. All findings are warnings. Nothing is
+but never called, a robot that a block takes as a copy, two blocks that can work with one robot at
+the same time. All findings are warnings. Nothing is
 reported if the source does not decide whether it is a mistake. An example is a robot behind a
 pointer or an index that is not constant.
 """
@@ -15,6 +16,8 @@ from typing import NamedTuple
 
 from rcx_harness.watch.calls_source import AREAS
 from rcx_harness.watch.robots_used import Call, Robot, RobotsUsed, pins_of, robot_pins
+from rcx_harness.watch.time_pins import MARGIN, TIMEOUT, TimePin, time_of
+from rcx_harness.watch.works import mixing_works
 from structured_text.errors import place_text
 from structured_text.language import cache
 from structured_text.language.checked import analysed
@@ -22,9 +25,10 @@ from structured_text.language.project import Project
 from structured_text.language.syntax import Position
 from structured_text.language.types import BlockType
 
-__all__ = ["Mistake", "first_mistakes"]
+__all__ = ["Mistake", "first_mistakes", "time_pins"]
 
-_FILES = (Path(__file__), Path(__file__).with_name("robots_used.py"))
+_NAMES = ("first_mistakes.py", "robots_used.py", "time_pins.py", "works.py")
+_FILES = tuple(Path(__file__).with_name(name) for name in _NAMES)
 
 #: Blocks that switch servos on. They need SI(00) (manual chapter 5, 3.1).
 _SERVOS = ("FB_SERVOON", "FB_SERVOONFROMEMERGENCYSTOP", "FB_POWERUP", "FB_SERVO", "FB_MOTORPOWER")
@@ -62,11 +66,15 @@ _OTHER_IMAGE = {
 
 
 class Mistake(NamedTuple):
-    """A first mistake: its position in the source, its consequence, and the remedy."""
+    """A first mistake: its position in the source, its consequence, and the remedy.
+
+    `kind` is the section of docs/how-to/first-mistakes.md that explains it.
+    """
 
     file: Path
     at: Position
     text: str
+    kind: str
 
     def __str__(self) -> str:
         return f"{place_text(self.file, self.at.line, self.at.column)}: warning: {self.text}"
@@ -78,19 +86,32 @@ def first_mistakes(files: Sequence[Path], library: Sequence[Path] = ()) -> list[
     Returns:
         The warnings, in the order of files and lines; none if the sources have errors.
     """
+    return list(_found(files, library)[0])
+
+
+def time_pins(files: Sequence[Path], library: Sequence[Path] = ()) -> list[TimePin]:
+    """Return the constant pins `Timeout` and `Margin` of the calls in a program's own files."""
+    return list(_found(files, library)[1])
+
+
+_Found = tuple[list[Mistake], list[TimePin]]
+
+
+def _found(files: Sequence[Path], library: Sequence[Path]) -> _Found:
     every = (*files, *library)
     key = cache.sources_key((*files, *_FILES, *library))
-    return list(cache.made_of("mistakes", key, every, lambda: _found(files, every)))
+    return cache.made_of("mistakes", key, every, lambda: _read(files, every))
 
 
-def _found(files: Sequence[Path], every: Sequence[Path]) -> list[Mistake]:
+def _read(files: Sequence[Path], every: Sequence[Path]) -> _Found:
     project, _ = analysed(every)
     if project is None:
-        return []
-    paths = {str(file): file for file in files}
-    found = dict.fromkeys(_Mistakes(project, paths).findings())
+        return [], []
+    mistakes = _Mistakes(project, {str(file): file for file in files})
     ranks = {file: rank for rank, file in enumerate(files)}
-    return sorted(found, key=lambda one: (ranks[one.file], one.at))
+    found = dict.fromkeys(mistakes.findings())
+    pins = list(dict.fromkeys(mistakes.time_pins()))
+    return sorted(found, key=lambda one: (ranks[one.file], one.at)), pins
 
 
 class _Mistakes:
@@ -106,10 +127,11 @@ class _Mistakes:
             yield from self._missing(robot)
             yield from self._open_pins(robot)
             yield from self._wrong_images(robot)
+            yield from self._mixing(robot)
         yield from self._never_called()
 
-    def _at(self, call: Call, text: str) -> Mistake:
-        return Mistake(self._files[call.file], call.node.at, text)
+    def _at(self, call: Call, text: str, kind: str) -> Mistake:
+        return Mistake(self._files[call.file], call.node.at, text, kind)
 
     # --- missing calls of FB_ReadArea and FB_WriteArea ---
 
@@ -133,7 +155,7 @@ class _Mistakes:
                 f"{symbol.name} is a VAR_INPUT, so {pou.name} works on a copy of the robot: the "
                 f"requests of its blocks never reach FB_WriteArea; declare it in VAR_IN_OUT"
             )
-            yield Mistake(self._files[pou.file], symbol.at, text)
+            yield Mistake(self._files[pou.file], symbol.at, text, "copied-robot")
             return
         name = robot.name
         read = f"FB_ReadArea(Robot := {name}, Image := ..., Connected := ...) first in the scan"
@@ -153,7 +175,7 @@ class _Mistakes:
         else:
             text += "FB_WriteArea is not: nothing that its blocks ask for reaches the controller; "
             text += f"call {write}{self._declared(first, 'write')}"
-        yield self._at(first, text)
+        yield self._at(first, text, "no-area-block")
 
     def _declared(self, call: Call, area: str) -> str:
         """Return a text about an instance of the missing block that is declared but not called."""
@@ -191,6 +213,7 @@ class _Mistakes:
                     f"Connected of {first.name} is not wired and stays FALSE: the data from the "
                     f"controller is ignored, and every block of {robot.name} ends in error "
                     "16#8001 (Not connected); wire the status of your scanner to it",
+                    "connected-not-wired",
                 )
             if first.area != "write":
                 continue
@@ -205,6 +228,7 @@ class _Mistakes:
                         f"the controller {what}, and {blocks[0].name} (line "
                         f"{blocks[0].node.at.line}) ends in error; wire the answer of your safety "
                         "circuit to it",
+                        "safety-pin-not-wired",
                     )
 
     def _open(self, calls: Sequence[Call], pin: str) -> bool:
@@ -223,7 +247,33 @@ class _Mistakes:
         for call in robot.calls:
             other, right, text = _OTHER_IMAGE.get(call.area, ("", "", ""))
             if call.image and call.image[-1] == other.upper():
-                yield self._at(call, f"{call.name} {text}; give it {right}")
+                yield self._at(call, f"{call.name} {text}; give it {right}", "swapped-image")
+
+    # --- several works, and times ---
+
+    def _mixing(self, robot: Robot) -> Iterator[Mistake]:
+        """Find two blocks with several commands that can work with one robot at once."""
+        for call, earlier in mixing_works(robot, self._used) if robot.known else ():
+            text = (
+                f"{call.name} can start while {earlier.name} (line {earlier.node.at.line}) works "
+                f"with {robot.name}: both send several commands, so one of them ends with 16#805D "
+                f"(Another block) in the middle of its work; start {call.name} only while "
+                f"{earlier.name} is not Busy, and the other way round"
+            )
+            yield self._at(call, text, "two-works-at-once")
+
+    def time_pins(self) -> Iterator[TimePin]:
+        """Yield the pins with times that must suit the packet interval."""
+        for call in (call for robot in self._used.robots.values() for call in robot.calls):
+            if call.area == "write":
+                pin, kind = "Margin", MARGIN
+            elif not call.area and _sends(call.block, self._is_users(call)):
+                pin, kind = "Timeout", TIMEOUT
+            else:
+                continue
+            value = time_of(call, pin, self._used)
+            if value is not None:
+                yield TimePin(self._files[call.file], call.node.at, kind, call.name, value)
 
     # --- blocks that are never called ---
 
@@ -243,7 +293,7 @@ class _Mistakes:
                     f"are; call {symbol.name}(Robot := ...) in every scan, between FB_ReadArea and "
                     "FB_WriteArea"
                 )
-                yield Mistake(self._files[pou.file], symbol.at, text)
+                yield Mistake(self._files[pou.file], symbol.at, text, "block-never-called")
 
     def _is_users(self, call: Call) -> bool:
         pou = self._project.pous.get(call.block.name.upper())

@@ -108,7 +108,9 @@ class _Images:
             if writes and (address or not (of_scanner or of_cell)):
                 first = min(writes, key=lambda one: (one.file != writes[0].file, one.at))
                 text = self._text(name, address, first)
-                found.append(CallFinding(self._files[first.file], first.at, text, False))
+                found.append(
+                    CallFinding(self._files[first.file], first.at, text, False, "overwritten-image")
+                )
         found.sort(key=lambda one: (str(one.file), one.at))
         return ImageUse(located and not plain, tuple(found))
 

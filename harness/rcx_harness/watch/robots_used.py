@@ -158,6 +158,33 @@ class RobotsUsed:
         """Return whether the owner calls an instance, or passes it on."""
         return (pou, symbol.name.upper()) in self._bare
 
+    def initial_of(self, block: BlockType, pin: str) -> object:
+        """Return the initial value of an input of a block; None if it has none."""
+        pou = self._project.pous.get(block.name.upper())
+        symbol = pou.symbols.get(pin.upper()) if pou is not None else None
+        return symbol.initial if symbol is not None else None
+
+    def input_place(self, value: t.Expression, frame: _Frame) -> Place | None:
+        """Return the path of a variable that the program never writes; None for anything else.
+
+        The input of a user's block is replaced by its argument.
+        """
+        if not isinstance(value, t.Use) or frame.place is None:
+            return None
+        symbol, key = value.symbol, value.symbol.name.upper()
+        if symbol.section in ("VAR_EXTERNAL", "VAR_GLOBAL"):
+            name = symbol.source.upper() or self._globals.get(id(symbol), key)
+            written = any(name == variable for _, variable in self.set_apart)
+            return None if written else ("", name)
+        if frame.pou.symbols.get(key) is not symbol or symbol.section not in ("VAR", "VAR_INPUT"):
+            return None
+        if (frame.pou.name.upper(), key) in self.set_apart:
+            return None
+        given = self._given.get((frame.place, key), [])
+        if given and symbol.section == "VAR_INPUT":
+            return self.input_place(*given[0]) if len(given) == 1 else None
+        return (*frame.place, key)
+
     def _is_false(self, value: t.Expression, frame: _Frame) -> bool:
         """Return whether an expression is always FALSE, such as an input that is not wired."""
         if isinstance(value, t.Constant):

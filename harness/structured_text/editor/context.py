@@ -71,7 +71,9 @@ class Context:
         is_type: Whether the word is the name of a type in a declaration.
         is_start: Whether a statement can begin with the word.
         is_argument: Whether an argument of the call begins with the word.
-        spec: The name of the type of the variable whose initial value the word is; else empty.
+        spec: The name of the type of the variable whose initial value the word is in; else empty.
+        fields: The fields that lead from the variable to the word: `(Speed := ` of its initial
+            value. The last one is empty where a field's name is expected.
         call: The call around the cursor, if there is one.
     """
 
@@ -87,6 +89,7 @@ class Context:
     is_start: bool = False
     is_argument: bool = False
     spec: str = ""
+    fields: tuple[str, ...] = ()
     call: Call | None = None
 
 
@@ -110,8 +113,8 @@ def context(text: Text, offset: int) -> Context:
     elif part in ("declaration", "type"):
         behind = _last_of(before, (":", ";", "END_VAR"))
         found["is_type"] = behind == ":" and last in (":", "OF", "TO", "REF_TO", "EXTENDS")
-        if last == ":=" and behind == ":":
-            found["spec"] = before[-2].text
+        if behind == ":" and last in (":=", "(", ","):
+            found |= _initial(before)
     if part == "outside":
         found["is_type"] = last in ("EXTENDS", "IMPLEMENTS", ":", ",")
     call = _call(text, before, offset) if part == "body" else None
@@ -131,6 +134,25 @@ def _value(text: Text, before: Sequence[Token], regions: Sequence[Region]) -> di
     if selector and (last in _LABELS_BEHIND or behind_label):
         return {**start, "other": selector, "is_label": True}
     return start
+
+
+def _initial(before: Sequence[Token]) -> dict[str, Any]:
+    """Return the type of the variable whose initial value a word is in, and the way to the word."""
+    fields: list[str] = [] if before[-1].text == ":=" else [""]
+    at, depth = len(before) - 1, 0
+    while at > 1 and before[at].text not in (":", ";"):
+        text = before[at].text
+        depth += (text in (")", "]")) - (text in ("(", "["))
+        if text == ":=" and depth <= 0:
+            if before[at - 2].text == ":":
+                return {"spec": before[at - 1].text, "fields": tuple(fields)}
+            if not depth and not fields:
+                fields.insert(0, before[at - 1].word)
+            elif depth < 0:
+                fields.insert(0, before[at - 1].word)
+                depth = 0
+        at -= 1
+    return {}
 
 
 def _place(regions: Sequence[Region]) -> tuple[str, str]:

@@ -20,16 +20,14 @@ from structured_text.editor.texts import Text, same_name
 from structured_text.errors import InputError
 from structured_text.language import syntax as s
 from structured_text.language import tree as t
-from structured_text.language.compiling import deeply
+from structured_text.language.compiling import deeply, uncollected
 from structured_text.language.declare import Declarations, Scope
 from structured_text.language.generics import instantiated
 from structured_text.language.load import Read, survey
 from structured_text.language.namespaces import separated
 from structured_text.language.phases import joined
 from structured_text.language.registry import Declared, Registry, last_name
-from structured_text.language.source import ELSEWHERE
-from structured_text.output.limits import SOURCE
-from structured_text.output.reading import file_bytes, text_of
+from structured_text.language.source import ELSEWHERE, source_text
 
 __all__ = ["DECLARATION", "Index", "Occurrence", "build", "outside_of"]
 
@@ -105,11 +103,13 @@ class Index:
         whole = instantiated(separated(joined(sources)))
         self.names: Names = Names(whole, before.names if before is not None else None)
         self.scopes, self.errors, self.outside = scopes, errors, outside
-        self._read_text = read_text or _on_disk
+        self._read_text = read_text or source_text
         self._texts: dict[str, Text] = {}
         self._paths: dict[str, list[s.Source]] = {}
         for source in whole:
             self._paths.setdefault(str(source.file), []).append(source)
+        if before is not None:
+            self.scopes = {**_lost(before, scopes, whole), **scopes}
         self._uses: dict[str, list[_Use]] = {}
         self._found: dict[str, list[Occurrence]] = {}
         if before is not None:
@@ -145,7 +145,8 @@ class Index:
         key = str(path)
         if key not in self._found:
             if key not in self._uses:
-                self._uses[key] = deeply(partial(self._collected, key))
+                with uncollected():
+                    self._uses[key] = deeply(partial(self._collected, key))
             self._found[key] = [
                 Occurrence(found, key, one.at, one.name, one.role)
                 for one in self._uses[key]
@@ -177,7 +178,8 @@ class Index:
             if above < line <= len(old) - below:
                 continue
             at = one.at._replace(line=line + (moved if line > above else 0))
-            if same_name(text.name_at(at), one.name):
+            in_code = text.plain[text.offset(at) : text.offset(at) + 1].strip()
+            if in_code and same_name(text.name_at(at), one.name):
                 found.append(replace(one, at=at))
         return found
 
@@ -333,6 +335,21 @@ class _Walk:
             self._note(program.program.key, program.program)
 
 
+def _lost(
+    before: Index, scopes: Mapping[str, Scope], sources: Iterable[s.Source]
+) -> dict[str, Scope]:
+    """Return the scopes before a change that are missing in a text with mistakes.
+
+    While somebody is typing, a whole POU can be unreadable. Completion still needs its names.
+    """
+    broken = {str(one.file) for one in sources if one.errors}
+    return {
+        key: scope
+        for key, scope in before.scopes.items()
+        if key not in scopes and str(scope.where.file) in broken
+    }
+
+
 def _is_pin(definition: Definition) -> bool:
     section = definition.section.kind if definition.section is not None else ""
     return section in ("VAR_INPUT", "VAR_OUTPUT", "VAR_IN_OUT")
@@ -344,10 +361,6 @@ def outside_of(registry: Registry, declarations: Declarations) -> Scope:
     pou = s.Pou("FUNCTION", s.Name(_EMPTY, start), None, (), (), start)
     where = Declared(pou, s.Source(_PROBE, (pou,)))
     return Scope(t.Pou("FUNCTION", _EMPTY, str(_PROBE), {}), where, registry, declarations)
-
-
-def _on_disk(path: Path) -> str:
-    return text_of(file_bytes(path, SOURCE), path)
 
 
 def build(paths: Sequence[Path], read: Read, text: Callable[[Path], str] | None = None) -> Index:

@@ -20,6 +20,8 @@ _BASIC = 0xFFFF
 
 def units(text: str) -> int:
     """Return the number of UTF-16 units of a text."""
+    if text.isascii():
+        return len(text)
     return len(text) + sum(ord(letter) > _BASIC for letter in text)
 
 

@@ -15,7 +15,6 @@ from structured_text.language import syntax as s
 from structured_text.language import tree as t
 from structured_text.language.declare import Scope
 from structured_text.language.expression_checker import ExpressionChecker
-from structured_text.language.function_overloads import chosen_function
 from structured_text.language.objects import INIT
 from structured_text.language.registry import last_name
 from structured_text.language.standard import pin_name
@@ -291,9 +290,6 @@ class Resolver:
             kind = self.kind(callee)
             owner = kind.name.upper() if isinstance(kind, BlockType) else ""
         else:
-            if found.kind == "function" and isinstance(callee, s.Name):
-                chosen = chosen_function(callee, arguments, self._checker)
-                found = self._names.get(chosen.key) or found
             name = callee.name if isinstance(callee, s.Field) else callee
             self._note(found, name, READ)
             if isinstance(callee, s.Field) and self._bare(callee) is callee:

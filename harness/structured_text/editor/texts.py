@@ -9,13 +9,13 @@ from __future__ import annotations
 import re
 import unicodedata
 from bisect import bisect_right
-from functools import cached_property
+from functools import cached_property, lru_cache
 from pathlib import Path
 
 from structured_text.language.syntax import Position
 from structured_text.projects.formats import OBJECTS, PLCPROJ, TASKS
 
-__all__ = ["Text", "same_name"]
+__all__ = ["Text", "document", "same_name"]
 
 #: Matches a comment, a text, or a pragma; a comment (* *) only up to its opening.
 _SKIPPED = re.compile(
@@ -101,6 +101,12 @@ class Text:
             found += [self.code[done : match.start()], _blank(inside)]
             done = end
         return "".join((*found, self.code[done:]))
+
+
+@lru_cache(maxsize=8)
+def document(text: str, path: str) -> Text:
+    """Return the text of a document; several features of one text share it."""
+    return Text(text, path)
 
 
 def same_name(one: str, other: str) -> bool:

@@ -183,6 +183,13 @@ _LITERALS = ("TYPED", "INTEGER", "REALNUM", "STRING", "DIRECT", "PART")
 _LABEL_FOLLOWS = re.compile(
     r"(?:\s*\.\s*\w+)*(?:\s|\(\*[^*]*(?:\*(?!\))[^*]*)*\*\))*(?::(?!=)|,|\.\.)"
 )
+#: Words that no CASE contains, so that a CASE without END_CASE ends in front of them.
+_ENDS_OF_CASES = frozenset(
+    (
+        *("END_PROGRAM", "END_FUNCTION", "END_FUNCTION_BLOCK", "END_ACTION", "TYPE", "VAR"),
+        *(f"VAR_{word}" for word in _SECTIONS),
+    )
+)
 #: Tokens that may stand before a statement of a CASE, and so before a label.
 _BEFORE_LABEL = frozenset(
     (
@@ -382,7 +389,7 @@ class _Lexer:
         """Return the kind of a word that can be a keyword: the word itself, or IDENT."""
         if word in _OF_CONFIGURATIONS and not self._configuration:
             return "IDENT"
-        if self._previous == "DOT":
+        if self._previous == "DOT" and not self._begins_line(behind - len(word)):
             return "IDENT"
         if is_soft(word, self._previous, self._text, behind):
             return "IDENT"
@@ -390,11 +397,21 @@ class _Lexer:
             self._cases += 1
         elif word == "END_CASE":
             self._cases -= 1
+        elif word in _ENDS_OF_CASES:
+            self._cases = 0
         elif word == "CONFIGURATION":
             self._configuration = True
         elif word == "END_CONFIGURATION":
             self._configuration = False
         return word
+
+    def _begins_line(self, offset: int) -> bool:
+        """Return whether only white space is before an offset in its line.
+
+        A keyword that begins a line behind `Name.` is not a member: somebody is typing the member.
+        """
+        line = bisect_right(self._starts, offset)
+        return not self._text[self._starts[line - 1] : offset].strip()
 
     def _name(self, value: str, word: str, offset: int, behind: int) -> str:
         """Return the kind of an identifier: LABEL at the beginning of a CASE label, else IDENT."""

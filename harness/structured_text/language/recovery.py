@@ -286,6 +286,9 @@ class _Run:
         behind = -1
         while (opener := self._unclosed(token, at)) is not None:
             word = "END_VAR" if opener.type in _SECTIONS else _OPENERS[opener.type]
+            if word == "END_REPEAT" and "UNTIL" in self._parser.accepts():  # type: ignore[no-untyped-call]
+                for kind in ("UNTIL", "TRUE"):
+                    self._state.feed_token(Token.new_borrow_pos(kind, kind, token))
             if word not in self._parser.accepts():  # type: ignore[no-untyped-call]
                 break
             wrong = self._is_wrong(token)

@@ -22,6 +22,7 @@ __all__ = ["Checked", "bodies_of", "load_checked", "python_of", "rechecked"]
 
 # Imported by name, because the package has a function with the same name as this module.
 front: Any = import_module("structured_text.language.load")
+_stages: Any = import_module("structured_text.language.stages")
 
 
 @dataclass
@@ -85,9 +86,9 @@ def load_checked(paths: list[Path], parsing: Callable[[Path], s.Source] = parse)
         scopes[scope.pou.name.upper()] = scope
         check_body(scope, body, report)
 
-    usual, front.check_body = front.check_body, keeping
+    usual, _stages.check_body = _stages.check_body, keeping
     try:
         project = front.load(paths, parsing)
     finally:
-        front.check_body = usual
+        _stages.check_body = usual
     return Checked(project, scopes)

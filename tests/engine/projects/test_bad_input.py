@@ -91,8 +91,8 @@ _POU = """\
         ),
         (
             "a.L5X",
-            _L5X % (_PROGRAM % "a [:=] 1;"),
-            "a.L5X:5: the body of P is not read: [:=] is not supported",
+            _L5X % (_PROGRAM % "a [:=] ;"),
+            "a.L5X:5: the body of P is not read: a value is expected, not ';'",
         ),
         (
             "a.L5X",
@@ -101,8 +101,8 @@ _POU = """\
         ),
         (
             "a.L5X",
-            _L5X % (_PROGRAM % "GSV(Module, a, b, a);"),
-            "a.L5X:5: the body of P is not read: the instruction GSV is not supported",
+            _L5X % (_PROGRAM % "PIDE(Module, a, b, a);"),
+            "a.L5X:5: the body of P is not read: the instruction PIDE is not supported",
         ),
         ("a.scl", "// nothing\nFOO", "a.scl:2: 'FOO' is not expected here"),
         ("a.scl", 'FUNCTION_BLOCK "A"\nBEGIN', "a.scl:1: this FUNCTION_BLOCK has no END_"),

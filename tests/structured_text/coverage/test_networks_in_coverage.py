@@ -15,6 +15,8 @@ from structured_text.coverage.measure import FileResult, measure
 from structured_text.coverage.parts import merge, part_of
 from structured_text.coverage.report import conditions, gaps, missing
 from structured_text.engines.builtin.collector import Collector, counting
+from structured_text.language.source import Extract, Line
+from structured_text.projects.sources import SourceFiles
 
 
 @pytest.fixture
@@ -101,3 +103,55 @@ def test_a_network_whose_elements_are_mixed_with_another_has_one_heading() -> No
     found = re.findall(r'<th colspan="4">(.*?)</th>|<tr id="(L\d)"', page)
     shown = [heading or row for heading, row in found]
     assert shown == ["Main, network 1", "L2", "L4", "Main, network 2", "L3"]
+
+
+def test_the_only_contact_of_a_coil_is_a_condition(result: FileResult) -> None:
+    """`Motor := Lamp` and `Last := First` are decisions of a drawing, as with two contacts.
+
+    Lamp was always TRUE. First (Count > 1) was FALSE in the first scan.
+    """
+    found = {
+        one.text: set(one.conditions[0].judged.values)
+        for one in result.decisions
+        if len(one.conditions) == 1
+    }
+    assert found["Lamp"] == {True}
+    assert found["First"] == {False, True}
+
+
+def test_the_only_contact_of_an_input_is_a_condition(tmp_path: Path) -> None:
+    """The counter counts an edge of `a`; its PV and an output are not conditions."""
+    file = tmp_path / "main.xml"
+    file.write_text("<rung/>", encoding="utf-8")
+    lines = (
+        Line("PROGRAM Main VAR a, q : BOOL; C : CTU; END_VAR", 1),
+        Line("C(CU := a, PV := 2, Q => q);", 1, network="rung 1"),
+        Line("END_PROGRAM", 1),
+    )
+    source = Extract.make(file, lines, "Main")
+    collector = Collector(tmp_path)
+    files = SourceFiles((source,), (), None)
+    with counting(collector), Bench.build(files, engine="builtin") as bench:
+        bench["Main.a"] = True
+        bench.scan(1)
+    (found,) = measure(merge([part_of(collector)]), tmp_path)
+    assert [(one.text, set(one.vectors.values())) for one in found.decisions] == [("a", {True})]
+
+
+@pytest.mark.parametrize("network", ["", "action Work"])
+def test_a_copy_in_a_text_is_not_a_decision(tmp_path: Path, network: str) -> None:
+    """Only rungs and networks have contacts; an action of a chart may be text."""
+    file = tmp_path / "main.xml"
+    file.write_text("<chart/>", encoding="utf-8")
+    lines = (
+        Line("PROGRAM Main VAR a, b : BOOL; END_VAR", 1),
+        Line("b := a;", 1, network=network),
+        Line("END_PROGRAM", 1),
+    )
+    source = Extract.make(file, lines, "Main")
+    collector = Collector(tmp_path)
+    files = SourceFiles((source,), (), None)
+    with counting(collector), Bench.build(files, engine="builtin") as bench:
+        bench.scan(1)
+    (found,) = measure(merge([part_of(collector)]), tmp_path)
+    assert not found.decisions

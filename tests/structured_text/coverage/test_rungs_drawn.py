@@ -21,6 +21,7 @@ _RUNGS = (
     "XIC(a)XIC(b)[OTL(f),MOV(2,i)];",
     "EQU(i,1)XIC(a)TON(T1,1000,0);",
     "OTE(h);",
+    "XIC(c)TON(T2,1000,0);",
 )
 
 
@@ -28,7 +29,7 @@ _RUNGS = (
 def result(tmp_path_factory: pytest.TempPathFactory) -> FileResult:
     """Return the coverage of two scans in which a is TRUE and b is FALSE."""
     folder = tmp_path_factory.mktemp("cell")
-    file = written(folder, _RUNGS, tags={"T1": "TIMER"})
+    file = written(folder, _RUNGS, tags={"T1": "TIMER", "T2": "TIMER"})
     collector = Collector(folder)
     with (
         counting(collector),
@@ -55,16 +56,20 @@ def _never(picture: ElementTree.Element) -> list[str]:
 
 
 def test_each_rung_is_drawn(result: FileResult) -> None:
-    assert [_texts(one)[0] for one in _pictures(result)] == [f"Rung {k}" for k in range(4)]
+    assert [_texts(one)[0] for one in _pictures(result)] == [f"Rung {k}" for k in range(5)]
 
 
 def test_the_drawing_says_what_was_not_energised(result: FileResult) -> None:
-    """In rung 0 all had power. Rung 1 never had power behind b. Rung 3 has no condition."""
-    first, second, third, last = _pictures(result)
+    """In rung 0 all had power. Rung 1 never had power behind b. Rung 3 has no condition.
+
+    The only contact in front of a box is a condition, too.
+    """
+    first, second, third, fourth, last = _pictures(result)
     assert _never(first) == ["a: never FALSE", "b: never TRUE", "e: never FALSE"]
     assert _never(second) == ["a: never FALSE", "b: never TRUE", "f: never set", "never executed"]
     assert _never(third) == ["a: never FALSE", "never FALSE", "never FALSE"]
-    assert _never(last) == ["h: never FALSE"]
+    assert _never(fourth) == ["h: never FALSE"]
+    assert _never(last) == ["c: never TRUE", "never TRUE"]
 
 
 def test_a_box_with_power_has_a_thick_frame(result: FileResult) -> None:
@@ -73,7 +78,7 @@ def test_a_box_with_power_has_a_thick_frame(result: FileResult) -> None:
         [one.get("class") for one in picture.iter("{http://www.w3.org/2000/svg}rect")][1:]
         for picture in _pictures(result)
     ]
-    assert frames == [["line on"], ["line"], ["line on", "line on"], []]
+    assert frames == [["line on"], ["line"], ["line on", "line on"], [], ["line"]]
 
 
 def test_functions_of_instructions_are_not_counted(result: FileResult) -> None:

@@ -88,6 +88,27 @@ END_PROGRAM
     assert _uses(index, "@GVL.LEVEL") == [("Main", 1, 27), ("Main", 2, 1), ("GVL", 1, 12)]
 
 
+@pytest.mark.parametrize(
+    ("body", "place"),
+    [
+        ("c := BOTH;", (3, 6)),
+        ("IF BOTH = c THEN ; END_IF", (3, 4)),
+        ("CASE c OF BOTH: ; END_CASE", (3, 11)),
+        ("Twice(BOTH);", (3, 7)),
+    ],
+)
+def test_a_member_of_two_enumerations_is_that_of_its_context(
+    body: str, place: tuple[int, int]
+) -> None:
+    """Both enumerations have the member; the variable and the input are a Second."""
+    types = """TYPE First : (BOTH, A); Second : (BOTH, B); END_TYPE
+FUNCTION Twice : INT VAR_INPUT n : Second; END_VAR Twice := 1; END_FUNCTION
+"""
+    main = f"PROGRAM Main\nVAR c : Second; END_VAR\n{body}\nEND_PROGRAM\n"
+    index = index_of(Main=main, Types=types)
+    assert _uses(index, "SECOND.BOTH") == [("Main", *place), ("Types", 1, 35)]
+
+
 def test_a_broken_statement_leaves_the_others_indexed() -> None:
     """Somebody is typing line 2; line 3 is still found."""
     index = index_of(Main="PROGRAM Main VAR a : INT; END_VAR\na := ;\na := 1;\nEND_PROGRAM\n")
@@ -138,3 +159,14 @@ def test_an_index_after_a_change_of_a_body_uses_the_one_before() -> None:
     after = Index(moved, before.scopes, before.outside, [], newer.__getitem__, before, same=True)
     assert after.names.get("MAIN.P") is before.names.get("MAIN.P")
     assert _uses(after, "PUMP.SPEED") == [("Main", 2, 3), ("Pump", 2, 31)]
+
+
+def test_a_pou_that_a_broken_text_hides_keeps_its_names() -> None:
+    """The head of the program has a mistake, so that the parser does not see the program."""
+    good = index_of(Main="PROGRAM Main VAR a : INT; END_VAR\na := 1;\nEND_PROGRAM\n")
+    path = FOLDER / "Main.st"
+    broken = "PROGRAM VAR a : INT; END_VAR\na := 1;\nEND_PROGRAM\n"
+    source = read_text(broken, path)
+    assert source.errors
+    after = Index([source], {}, good.outside, [], lambda _: broken, good)
+    assert after.scope("MAIN").symbol("A") is not None

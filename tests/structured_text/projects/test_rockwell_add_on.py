@@ -234,3 +234,21 @@ def test_an_output_may_stand_for_a_member_of_a_local_tag(tmp_path: Path) -> None
     running = program(written(tmp_path, rungs, tags={"w": "Watch"}, aois=aoi))
     running.scan(0)
     assert running.read("Main.b") is True
+
+
+def test_an_output_may_be_that_of_the_instance(tmp_path: Path) -> None:
+    """The call names Value of its own instance, which needs no assignment."""
+    running = program(_written(tmp_path, "Scale(m,i,m.Value,total);"))
+    _run(running, i=7)
+    assert running.read("Main.m.Value") == 14
+
+
+def test_rungs_of_enable_in_false_name_their_routine(tmp_path: Path) -> None:
+    """The rung 0 of Logix and that of EnableInFalse are different rungs."""
+    false, attributes = ["CLR(Value);"], ' ExecuteEnableInFalse="true"'
+    file = _written(tmp_path, "Scale(m,i,j,total);", false=false, attributes=attributes)
+    (unit,) = [one for one in read(file).units if one.name == "Scale"]
+    body = unit.piece.body
+    assert not isinstance(body, Foreign)
+    networks = list(dict.fromkeys(line.network for line in body if line.network))
+    assert networks == ["rung 0", "rung 1", "rung 0 of EnableInFalse"]

@@ -198,7 +198,8 @@ def test_hll_limits_its_input(tmp_path: Path) -> None:
     made = _block(tmp_path, "HL_LIMIT", "HLL", HighLimit=10.0, In=12.0)
     steps: list[tuple[int, Mapping[str, object]]] = [
         *((0, {}), (10, {"In": -1.0}), (20, {"SelectLimit": 1}), (30, {"SelectLimit": 3})),
-        *((40, {"In": 5.0, "SelectLimit": 0}), (50, {"LowLimit": 11.0})),
+        *((40, {"In": 5.0, "SelectLimit": 0}), (50, {"LowLimit": 10.0})),
+        (60, {"SelectLimit": 1}),
     ]
     assert _timeline(made, steps, "Out HighAlarm LowAlarm SelectLimitInv LimitsInv Status") == [
         [10.0, True, False, False, False, 0],
@@ -206,7 +207,8 @@ def test_hll_limits_its_input(tmp_path: Path) -> None:
         [-1.0, False, False, False, False, 0],
         [0.0, False, True, True, False, 5],
         [5.0, False, False, False, False, 0],
-        [11.0, False, True, False, True, 3],
+        [10.0, False, True, False, True, 3],
+        [5.0, False, False, False, False, 0],
     ]
 
 
@@ -225,6 +227,30 @@ def test_scl_scales_its_input(tmp_path: Path) -> None:
         [4.0, True, False, 0],
         [4.0, True, True, 3],
     ]
+
+
+def test_btdt_moves_a_field_of_bits(tmp_path: Path) -> None:
+    """Bits 4 to 7 of 16#AB5C are 5; behind bit 8 of 16#1F0F they give 16#150F.
+
+    Four bits behind bit 30 are cut to two: 16#5 leaves 01. Source: Studio 5000 help, BTDT.
+    """
+    made = _block(tmp_path, "FBD_BIT_FIELD_DISTRIBUTE", "BTDT", Source=0xAB5C, SourceBit=4)
+    steps: list[tuple[int, Mapping[str, object]]] = [
+        (0, {"Length": 4, "DestBit": 8, "Target": 0x1F0F}),
+        *((10, {"DestBit": 30, "Target": 0}), (20, {"Length": 33})),
+    ]
+    assert _timeline(made, steps, "Dest") == [[0x150F], [1 << 30], [1 << 30]]
+
+
+@pytest.mark.parametrize(("instruction", "most"), [("MAXC", [2, 7, 7]), ("MINC", [2, 2, 1])])
+def test_captures_keep_the_extreme_value(instruction: str, most: list[int], tmp_path: Path) -> None:
+    """Inputs are 2, 7, 1; while Reset is TRUE, the output is ResetValue. Source: 1756-RM006K."""
+    kind = {"MAXC": "MAXIMUM_CAPTURE", "MINC": "MINIMUM_CAPTURE"}[instruction]
+    made = _block(tmp_path, kind, instruction, ResetValue=4.0)
+    steps: list[tuple[int, Mapping[str, object]]] = [
+        *((0, {"In": 2.0}), (10, {"In": 7.0}), (20, {"In": 1.0}), (30, {"Reset": True})),
+    ]
+    assert _timeline(made, steps, "Out") == [[float(value)] for value in (*most, 4)]
 
 
 def test_mave_averages_the_last_samples(tmp_path: Path) -> None:

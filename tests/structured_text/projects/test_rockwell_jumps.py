@@ -11,7 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from l5x_ladder import program, written
+from l5x_ladder import program, read, written
+from structured_text.projects.model import Foreign
 
 _BITS = "abcd"
 #: A rung: its label, the conditions of its jump, the target, and the number that it adds.
@@ -73,3 +74,16 @@ def test_random_jumps_go_to_their_labels(tmp_path: Path, seed: int) -> None:
         running.scan(scan * 10_000)
         _execute(rungs, state)
         assert {name: running.read(f"Main.{name}") for name in state} == state
+
+
+def test_each_line_of_a_jump_names_its_rungs(tmp_path: Path) -> None:
+    """The guard is executed if rung 1 is skipped, so it is not a part of rung 1."""
+    rungs = ["XIC(a)JMP(Over);", "OTE(b);", "LBL(Over)OTE(c);", "XIC(d)JMP(Over);"]
+    (unit,) = [one for one in read(written(tmp_path, rungs)).units if one.kind == "PROGRAM"]
+    body = unit.piece.body
+    assert not isinstance(body, Foreign)
+    found = {line.text.strip(): line.network for line in body}
+    assert found["RcxSkip_Over := FALSE;"] == "jumps"
+    assert found["IF NOT RcxSkip_Over THEN"] == "jump over rung 1"
+    assert found["REPEAT"] == found["END_REPEAT;"] == "loop of rung 2 to rung 3"
+    assert [line.text for line in body if not line.network] == ["  RcxPrescan();"]

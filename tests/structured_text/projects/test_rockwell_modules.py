@@ -222,3 +222,32 @@ def test_an_assignment_that_is_not_retentive_is_not_an_index(tmp_path: Path) -> 
 def test_the_flag_of_the_first_scan_is_not_a_tag_of_a_module(tmp_path: Path) -> None:
     """It may be in small letters."""
     assert list(_uses(tmp_path, "X:1:I.Data.1 := TRUE;")) == ["X:1:I"]
+
+
+def test_values_of_the_controller_are_left_to_the_test(tmp_path: Path) -> None:
+    """GSV in Structured Text keeps its destination, SSV and EVENT do nothing; a note names each."""
+    code = "GSV(Module, Card, EntryStatus, n); SSV(Task, THIS, Rate, n); EVENT(Fast); a := TRUE;"
+    sources = _sources(tmp_path, code)
+    assert [note.partition(": ")[2] for note in sources.notes] == [
+        "GSV of Module Card, EntryStatus does not read it, and n keeps its value; "
+        "a test can set it",
+        "SSV of Task THIS, Rate does not set it",
+        "EVENT does not start the task Fast, because a task of events does not run",
+    ]
+    program = _program(sources)
+    program.write("Main.n", 7)
+    program.scan(10_000)
+    assert [program.read(f"Main.{name}") for name in ("n", "a")] == [7, True]
+
+
+@pytest.mark.parametrize(
+    ("code", "why"),
+    [
+        ("GSV(Axis, X, Y, n);", "GSV of Axis is not supported"),
+        ("GSV(Module, X, n);", "GSV has 3 operands"),
+        ("GSV(Module, X, Y, q);", "there is no tag q"),
+    ],
+)
+def test_a_wrong_value_of_the_controller_is_named(tmp_path: Path, code: str, why: str) -> None:
+    with pytest.raises(InputError, match=why):
+        _sources(tmp_path, code)

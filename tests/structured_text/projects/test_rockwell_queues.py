@@ -283,3 +283,11 @@ def test_a_wrong_operand_is_named(tmp_path: Path, rung: str, why: str) -> None:
     body = main_body(written(tmp_path, [rung], tags=_TAGS))
     assert isinstance(body, Foreign)
     assert f"rung 0: {why}" in body.why
+
+
+def test_the_prescan_of_fal_does_what_it_does_without_power(tmp_path: Path) -> None:
+    """A FAL that was done with power begins again in the first scan; the given length stays."""
+    run = _Run(tmp_path, "XIC(a)FAL(ctl,6,0,ALL,list[ctl.POS],9);", length=2)
+    run.set(**{"ctl.EN": True, "ctl.DN": True, "ctl.POS": 2})
+    run.scan(True)
+    assert [run.list(3), run.bits("POS", "DN", "LEN")] == [[9, 9, 0], [2, True, 2]]

@@ -6,10 +6,11 @@ from pathlib import Path
 
 import pytest
 
-from l5x_ladder import program, written
+from l5x_ladder import main_body, program, written
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
 from structured_text.language.load import load
+from structured_text.projects.model import Foreign
 from structured_text.projects.open import project_sources
 
 _L5X = """<RSLogix5000Content><Controller Name="C"><DataTypes>
@@ -128,3 +129,44 @@ def test_parameters_of_ladder_routines(tmp_path: Path) -> None:
     running.write("Main.a", True)
     running.scan(10_000)
     assert [running.read("Main.j"), running.read("Main.k")] == [42, 0]
+
+
+@pytest.mark.parametrize(
+    ("limits", "total", "index"),
+    [("1,4,1", 10, 5), ("4,1,-2", 6, 0), ("3,2,1", 0, 3), ("1,j,k", 4, 5)],
+)
+def test_for_executes_a_routine_for_each_value(
+    tmp_path: Path, limits: str, total: int, index: int
+) -> None:
+    """1 + 2 + 3 + 4 is 10; 4 + 2 is 6; nothing; 1 + 3 with tags for the limit and the step."""
+    routines = {"Sub": ["CPT(v,v+i);"]}
+    running = program(written(tmp_path, [f"FOR(Sub,i,{limits});"], routines=routines))
+    running.write("Main.j", 4)
+    running.write("Main.k", 2)
+    running.scan(0)
+    assert [running.read(f"Main.{name}") for name in ("v", "i")] == [total, index]
+
+
+def test_brk_ends_the_for(tmp_path: Path) -> None:
+    """The routine is left at the index 3, so that it adds 1 and 2."""
+    routines = {"Sub": ["EQU(i,3)BRK();", "ADD(j,i,j);"]}
+    running = program(written(tmp_path, ["FOR(Sub,i,1,9,1)ADD(k,1,k);"], routines=routines))
+    running.scan(0)
+    assert [running.read(f"Main.{name}") for name in "jik"] == [3, 3, 1]
+
+
+def test_a_for_without_a_step_is_named(tmp_path: Path) -> None:
+    body = main_body(written(tmp_path, ["FOR(Sub,i,1,9,0);"], routines={"Sub": ["NOP();"]}))
+    assert isinstance(body, Foreign)
+    assert "rung 0: the step of FOR is 0" in body.why
+
+
+def test_a_program_may_have_the_name_of_a_tag(tmp_path: Path) -> None:
+    """Tags and programs have names of their own on the controller. The program is renamed."""
+    file = written(tmp_path, ["ADD(i,1,i);"])
+    tags = '<Tags><Tag Name="P" TagType="Base" DataType="DINT"/></Tags><Programs>'
+    file.write_text(file.read_text("utf-8").replace("<Programs>", tags, 1), encoding="utf-8")
+    running = program(file)
+    running.scan(0)
+    assert running.read("Main.i") == 1
+    assert running.read("P") == 0

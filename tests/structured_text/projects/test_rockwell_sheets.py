@@ -9,9 +9,12 @@ from pathlib import Path
 
 import pytest
 
-from l5x_ladder import read
+from l5x_ladder import program, read
 from l5x_sheets import main, running, shown, why, written
+from structured_text.coverage.measure import measure
+from structured_text.coverage.parts import merge, part_of
 from structured_text.engines.builtin import BuiltinProgram
+from structured_text.engines.builtin.collector import Collector, counting
 from structured_text.projects.diagrams.networks.draw.text import network_text
 from structured_text.projects.diagrams.networks.stored import stored_networks
 from structured_text.projects.model import Foreign
@@ -104,7 +107,7 @@ def test_a_reference_to_a_block_is_latched_too(tmp_path: Path) -> None:
 
 
 def test_a_routine_that_is_called_sees_no_output_of_this_scan(tmp_path: Path) -> None:
-    """The sheet writes i = j + 1 behind all blocks, and latches j, which the routine sets to 5.
+    """The sheet writes i = j + 1 behind all blocks, so behind the routine, which sets j to 5.
 
     So the routine copies i = 0 to k, and i is 0 + 1, in the next scan 5 + 1.
     """
@@ -114,7 +117,7 @@ def test_a_routine_that_is_called_sees_no_output_of_this_scan(tmp_path: Path) ->
     )
     program = running(
         tmp_path,
-        "JSR Sub; IRef j; IRef 1; Function ADD; ORef i; 1 > 3.SourceA; 2 > 3.SourceB; 3.Dest > 4",
+        "IRef j; IRef 1; Function ADD; ORef i; 0 > 2.SourceA; 1 > 2.SourceB; 2.Dest > 3; JSR Sub",
         routines=sub,
     )
     assert _scans(program, 3, "i", "k") == [[1, 0], [6, 1], [6, 6]]
@@ -213,10 +216,22 @@ def test_lines_and_drawing_name_the_sheet(tmp_path: Path) -> None:
     ]
     assert piece.diagram is not None
     drawn = network_text(piece.diagram, 1)
+    assert drawn.startswith("Sheet 1\nLamp *)")
     assert "a──│In   Out│──>on>" in drawn
     assert ">on>──b" in network_text(piece.diagram, 2)
     (source,) = (one for one in source_files([file], None).all if getattr(one, "diagrams", ()))
     assert list(stored_networks(source, {"P, sheet 2"})) == ["P, sheet 2"]
+
+
+def test_coverage_counts_the_blocks_of_a_sheet_only(tmp_path: Path) -> None:
+    """Two statements are counted and not those of HLL itself; the sheet is drawn."""
+    file = written(tmp_path, "Block HLL f; ORef x; 0.Out > 1", tags={"f": "HL_LIMIT"})
+    collector = Collector(tmp_path)
+    with counting(collector):
+        program(file).scan(0)
+    (found,) = measure(merge([part_of(collector)]), tmp_path)
+    assert [item.text for item in found.statements] == ["f();", "x := f.Out;"]
+    assert list(found.drawings) == ["P, sheet 1"]
 
 
 @pytest.mark.parametrize(

@@ -7,7 +7,7 @@ import { Axis, duration, neighbour, seconds, snapped, ticks } from "./axis.js";
 import { Events, Lane, countUntil, reader, speed } from "./data.js";
 import { pieces } from "./draw.js";
 import { commentAt, placeText } from "./listing.js";
-import { statesOf } from "./networks.js";
+import { bitOf, statesOf } from "./networks.js";
 import { Player, reached } from "./play.js";
 import { nextTime, placesAt } from "./programs.js";
 import { figure, jointsOf } from "./robot.js";
@@ -319,10 +319,20 @@ test("integers are compared, if the comparison is executed", () => {
   assert.deepEqual(all(6), [false, false, false, true, true, true]);
   assert.deepEqual(all(7), [false, true, true, true, false, false]);
   assert.deepEqual([made("GT", { Go: false, N: 8 }), made("GT", { Go: true }), made("GT", { Go: true, N: "T#8s" })], [null, null, null]);
+  // A contact that compares, as an instruction of Logix does.
+  const tested = { ...tests("1", null, ""), compare: ["LE", { name: "N", constant: null }, { name: null, constant: 7 }] };
+  assert.deepEqual([7, 8, "x"].map((n) => statesOf([tested], () => n).power("1")), [true, false, null]);
   // An integer at the pin itself, and three inputs.
   const three = [...pins(["IN1", "1"], ["IN2", "2"]), { pin: "IN3", from: [], always: null, constant: 9, negated: false, edge: false }];
   const block = { id: "9", kind: "block", type: "LT", in: three, out };
   assert.deepEqual([6, 7].map((n) => statesOf([...reads, block], () => n).power("9", "OUT")), [true, false]);
+});
+
+test("a bit of an integer is known", () => {
+  assert.deepEqual([0, 1, 2, 3, 31].map((bit) => bitOf(10, bit)), [false, true, false, true, false]);
+  // -2 is 16#FFFE in 16 bits.
+  assert.deepEqual([0, 1, 15].map((bit) => bitOf(-2, bit)), [false, true, true]);
+  assert.equal(bitOf("T#1s", 0), undefined);
 });
 
 test("ENO has the power of EN, and an edge at a pin and a loop are not known", () => {

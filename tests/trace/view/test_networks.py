@@ -52,6 +52,17 @@ def test_a_page_has_the_networks_and_the_variables_that_they_show(tmp_path: Path
     assert shown == {name.upper(): name for name in names}
 
 
+def test_a_bit_of_a_variable_is_recorded_with_its_variable(tmp_path: Path) -> None:
+    rung = element("leftPowerRail", 1) + element("contact", 2, "Bits.3", "1", at="50 0")
+    rung += element("coil", 3, "Count.0", "2", at="99 0")
+    text = project("Bits : WORD; Count : INT", f"<LD>{rung}</LD>")
+    program = program_of(tmp_path, text)
+    drawn = DrawnProgram(program, source_files(tmp_path / "plc.xml", None).own)
+    elements = drawn.groups[0]["networks"][0]["elements"]
+    assert [one["name"] for one in elements] == ["Main.Bits.3", "Main.Count.0"]
+    assert drawn.header({})["watch"] == {"Main.Bits": "WORD", "Main.Count": "INT"}
+
+
 def test_watched_variables_stay_beside_those_of_the_networks(tmp_path: Path) -> None:
     _, drawn = _drawn(tmp_path)
     header = drawn.header({"watch": {"Main.Own": "INT"}})

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from rcx_harness.trace.view.page import SCRIPTS
+from rcx_harness.trace.view.page import SCRIPTS, View
 
 _NODE = shutil.which("node")
 
@@ -34,6 +34,18 @@ def test_the_scripts_that_need_no_browser_work(tmp_path: Path) -> None:
     assert done.returncode == 0, done.stdout + done.stderr
     written = Path(__file__).with_name("pure.mjs").read_text(encoding="utf-8")
     assert f"# pass {len(re.findall('^test', written, re.MULTILINE))}\n" in done.stdout
+
+
+@pytest.mark.skipif(_NODE is None, reason="node is not installed")
+def test_the_scripts_form_one_module(tmp_path: Path) -> None:
+    """The page contains all scripts in one module, so two of them must not declare one name."""
+    page = View({}).page("a run")
+    script = page.partition('<script type="module">')[2].partition("</script>")[0]
+    (tmp_path / "page.mjs").write_text(script, encoding="utf-8")
+    assert _NODE is not None
+    command = [_NODE, "--check", str(tmp_path / "page.mjs")]
+    done = subprocess.run(command, capture_output=True, text=True, encoding="utf-8", check=False)
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_script_uses_only_earlier_scripts() -> None:

@@ -15,6 +15,7 @@ from rcx_harness.trace.records import Record, Scan
 from structured_text.engines.base import Program
 from structured_text.errors import InputError
 from structured_text.language.displayed import described
+from structured_text.language.scalars import ANY_INT, DIGITS
 from structured_text.language.types import BlockType, ElementaryType, EnumType, Type
 from structured_text.projects.diagrams.networks.draw.live import Found, edges_of, live_network
 from structured_text.projects.diagrams.networks.model import Diagram
@@ -26,6 +27,9 @@ __all__ = ["DrawnProgram"]
 _WIDTH = 110
 #: Greatest number of networks in a page. The networks of further instances are left out.
 _MOST = 500
+#: A bit of a variable: the variable and the number of the bit.
+_BIT = re.compile(r"(.+)\.(\d{1,2})")
+_NUMBERS = (*ANY_INT, *DIGITS)
 _PATH = re.compile(r"[^\W\d]\w*(?:\.\w+|\[[\d, -]+\]|\^)*")
 
 
@@ -106,19 +110,29 @@ class DrawnProgram:
         ]
         for network in networks:
             for path in network.pop("paths"):
-                self._types[path] = self._program.type_of(path)
+                self._record(path)
         return {"title": title, "networks": networks}
+
+    def _record(self, path: str) -> None:
+        """Record a variable; for a bit (`Main.Word.3`), record the whole variable."""
+        bit = _BIT.fullmatch(path)
+        recorded = bit[1] if bit else path
+        self._types[recorded] = self._program.type_of(recorded)
 
     def _found(self, instance: str, text: str) -> Found | None:
         """Return a variable of an instance, or a global one."""
         name = text.strip()
         if not _PATH.fullmatch(name):
             return None
+        bit = _BIT.fullmatch(name)
         for path in (f"{instance}.{name}", name):
             try:
-                kind = self._program.type_of(path)
+                kind = self._program.type_of(path.removesuffix(f".{bit[2]}") if bit else path)
             except InputError:
                 continue
+            if bit:
+                is_number = isinstance(kind, ElementaryType) and kind.name in _NUMBERS
+                return Found(path, True, True) if is_number else None
             boolean = isinstance(kind, ElementaryType) and kind.name == "BOOL"
             shown = isinstance(kind, (ElementaryType, EnumType))
             return Found(path, boolean, shown)

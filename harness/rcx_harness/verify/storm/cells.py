@@ -164,5 +164,5 @@ class Cells:
 
     @property
     def notice(self) -> str:
-        """Return a line about the engine on which the cells run."""
-        return self._compiled.notice
+        """Return a line about the engine of the cells, and the warnings about the sources."""
+        return "\n".join(filter(None, (self._compiled.notice, *self._compiled.warned())))

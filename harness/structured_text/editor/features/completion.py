@@ -13,7 +13,7 @@ from structured_text.editor.lookup import Callee, callee_of, type_of
 from structured_text.editor.names import LIST, Definition
 from structured_text.editor.pins import Pin, call_snippet, pins_of_callee
 from structured_text.editor.positions import from_editor
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import Text, document
 from structured_text.editor.writing import comment, head, signature_text
 from structured_text.language.declare import Scope
 from structured_text.language.scalars import ELEMENTARY
@@ -76,7 +76,7 @@ def completion(
 
     None inside of a comment or text.
     """
-    whole = Text(text, path)
+    whole = document(text, str(path))
     offset = whole.offset(from_editor(whole.lines, position))
     if offset and whole.code[offset - 1] != whole.plain[offset - 1]:
         return None
@@ -118,12 +118,29 @@ class _Items:
         elif here.is_type:
             yield from self._types()
         elif here.spec:
-            yield from self._values(self._named(here.spec))
-            yield from self._globals()
+            yield from self._initial()
         elif here.part == "body":
             yield from self._body()
         else:
             yield from self._keywords()
+
+    def _initial(self) -> Iterator[lsp.CompletionItem]:
+        """Yield what can stand in an initial value: fields and their values, and constants."""
+        kind = self._declared(self._here.spec)
+        for field in filter(None, self._here.fields):
+            kind = dict(_fields(kind)).get(field, (field, None))[1]
+        if self._here.fields and not self._here.fields[-1]:
+            for number, (key, (name, of)) in enumerate(_fields(kind)):
+                found = self._index.names.member(getattr(kind, "name", "").upper(), key)
+                item = self._plain(name, describe(of) if of else "", _Kind.Field, found)
+                item.insert_text, item.sort_text = f"{name} := ", f"{_FIRST}{number:05}"
+                yield item
+            return
+        yield from self._values(kind)
+        yield from self._globals()
+
+    def _declared(self, name: str) -> Type | None:
+        return self._named(name) or self._scope.declarations.blocks.get(name.upper())
 
     def _named(self, name: str) -> Type | None:
         if name.upper() == "BOOL":
@@ -355,3 +372,14 @@ class _Items:
             sort_text=f"{_FIRST}{name}",
             data=found.key if found is not None else None,
         )
+
+
+def _fields(kind: Type | None) -> Iterator[tuple[str, tuple[str, Type | None]]]:
+    """Yield key, name and type of what an initial value of a type can give."""
+    if isinstance(kind, StructType):
+        for name, of in kind.fields:
+            yield name.upper(), (name, of)
+    elif isinstance(kind, BlockType):
+        for pin in kind.variables:
+            if pin.section in ("VAR_INPUT", "VAR_OUTPUT"):
+                yield pin.name.upper(), (pin.name, pin.type)

@@ -10,7 +10,7 @@ from structured_text.editor.index import DECLARATION, Index
 from structured_text.editor.lookup import Word, word_at
 from structured_text.editor.names import Definition, spec_name
 from structured_text.editor.positions import from_editor, location
-from structured_text.editor.texts import Text, same_name
+from structured_text.editor.texts import document, same_name
 
 __all__ = ["definition", "implementations", "place_of", "type_definition"]
 
@@ -70,7 +70,7 @@ def place_of(index: Index, found: Definition) -> lsp.Location:
 
 
 def _word(index: Index, path: Path | str, text: str, position: lsp.Position) -> Word | None:
-    whole = Text(text, path)
+    whole = document(text, str(path))
     return word_at(index, path, whole, whole.offset(from_editor(whole.lines, position)))
 
 

@@ -10,7 +10,7 @@ from lsprotocol import types as lsp
 
 from structured_text.editor.index import Index
 from structured_text.editor.structure import regions_of, walked
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import Text, document
 
 __all__ = ["folding"]
 
@@ -24,7 +24,7 @@ _MARK = re.compile(
 def folding(index: Index, path: Path | str, text: str) -> list[lsp.FoldingRange]:
     """Return the parts of a file that an editor can fold, by their first line."""
     del index  # folding follows the text while somebody is typing
-    whole = Text(text, path)
+    whole = document(text, str(path))
     found = [*_regions(whole), *_comments(whole), *_marked(whole)]
     unique = {(one.start_line, one.end_line): one for one in reversed(found)}
     return sorted(unique.values(), key=lambda one: (one.start_line, -one.end_line))

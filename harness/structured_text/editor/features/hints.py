@@ -20,7 +20,7 @@ from structured_text.editor.lookup import Callee, callee_of
 from structured_text.editor.pins import Pin, pins_of_callee
 from structured_text.editor.positions import from_editor, to_editor
 from structured_text.editor.structure import Region, Token, key_of, scanned, tokens_of
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import Text, document
 from structured_text.language.scalars import ANY_BIT, ANY_CHARS, ANY_INT, ANY_REAL
 from structured_text.language.types import ElementaryType, EnumType
 
@@ -28,6 +28,8 @@ __all__ = ["hints"]
 
 #: Number of inputs that a hint shows; the others are in its tooltip.
 _SHOWN = 4
+#: An assignment to a pin of an instance: its path and the pin.
+_ASSIGNED = re.compile(r"(\w+(?:\^|\[[^\]]*\]|\.\w+)*)\s*\.\s*(\w+)\s*:=")
 
 
 @dataclass(frozen=True)
@@ -53,16 +55,17 @@ class _Call:
 
 def hints(index: Index, path: Path | str, text: str, where: lsp.Range) -> list[lsp.InlayHint]:
     """Return a hint for each call in a range that omits inputs."""
-    whole = Text(text, path)
+    whole = document(text, str(path))
     begin = whole.offset(from_editor(whole.lines, where.start))
     end = whole.offset(from_editor(whole.lines, where.end))
     tokens = tokens_of(whole)
     calls = list(_calls(whole, tokens))
+    written = _written(whole)
     found = []
     for one in calls:
         close = tokens[one.close].begin
         if begin <= close <= end:
-            label = _omitted(index, whole, one, calls)
+            label = _omitted(index, one, calls, written)
             if label:
                 found.append(_hint(label, to_editor(whole.lines, whole.at(close))))
     return found
@@ -75,7 +78,9 @@ def _hint(omitted: list[str], position: lsp.Position) -> lsp.InlayHint:
     return lsp.InlayHint(position, label, lsp.InlayHintKind.Parameter, None, tooltip, True)
 
 
-def _omitted(index: Index, text: Text, call: _Call, calls: list[_Call]) -> list[str]:
+def _omitted(
+    index: Index, call: _Call, calls: list[_Call], written: dict[str, set[str]]
+) -> list[str]:
     callee = callee_of(index, call.owner, call.callee)
     if callee is None or (callee.definition is None and callee.block is None):
         return []
@@ -84,7 +89,7 @@ def _omitted(index: Index, text: Text, call: _Call, calls: list[_Call]) -> list[
     if callee.block is not None:
         same = [one for one in calls if (one.owner, one.callee) == (call.owner, call.callee)]
         given |= {name for one in same for name in one.names}
-        given |= _written(text, call.callee)
+        given |= written.get(_key(call.callee), set())
         if any(one.places for one in same):
             return []  # a call of a block without names gives all inputs
     else:
@@ -94,13 +99,16 @@ def _omitted(index: Index, text: Text, call: _Call, calls: list[_Call]) -> list[
     return [f"{one.name} := {value}" for one, value in shown if value]
 
 
-def _written(text: Text, callee: str) -> set[str]:
-    """Return the upper-case names of the pins that statements write."""
-    path = re.escape(callee)
-    return {
-        match[1].upper()
-        for match in re.finditer(rf"\b{path}\s*\.\s*(\w+)\s*:=", text.plain, re.IGNORECASE)
-    }
+def _written(text: Text) -> dict[str, set[str]]:
+    """Return the upper-case names of the pins that statements write, by their instance."""
+    found: dict[str, set[str]] = {}
+    for match in _ASSIGNED.finditer(text.plain):
+        found.setdefault(_key(match[1]), set()).add(match[2].upper())
+    return found
+
+
+def _key(path: str) -> str:
+    return "".join(path.split()).upper()
 
 
 def _initial(index: Index, callee: Callee, pin: Pin) -> str:

@@ -7,11 +7,12 @@ from pathlib import Path
 
 from lsprotocol import types as lsp
 
+from structured_text.editor.context import context
 from structured_text.editor.index import Index
-from structured_text.editor.lookup import word_at
+from structured_text.editor.lookup import Word, callee_of, type_of, word_at
 from structured_text.editor.names import Definition, spec_name
 from structured_text.editor.positions import from_editor, span
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import Text, document
 from structured_text.editor.writing import (
     PIN_SECTIONS,
     comment,
@@ -21,7 +22,10 @@ from structured_text.editor.writing import (
     signature_text,
     standard_pins,
 )
+from structured_text.language.calls import pin_of
 from structured_text.language.standard import BLOCKS, FUNCTIONS
+from structured_text.language.types import BlockType
+from structured_text.language.values import describe
 
 __all__ = ["Extra", "hover"]
 
@@ -41,13 +45,13 @@ def hover(
 
     `extra` adds text for a declared name.
     """
-    whole = Text(text, path)
+    whole = document(text, str(path))
     offset = whole.offset(from_editor(whole.lines, position))
     word = word_at(index, path, whole, offset)
     if word is None:
         return None
     if word.definition is None:
-        parts = _standard(word.name.upper())
+        parts = _standard(word.name.upper()) or _standard_pin(index, whole, word)
     else:
         parts = _declared(index, word.definition)
         parts += [extra(word.definition)] if extra is not None else []
@@ -91,6 +95,19 @@ def _standard(name: str) -> list[str]:
     if name in BLOCKS:
         return [_code([f"FUNCTION_BLOCK {name}", *_pins_of_standard(name)])]
     return [_code([signature_text(name)])] if name in FUNCTIONS else []
+
+
+def _standard_pin(index: Index, text: Text, word: Word) -> list[str]:
+    """Return the pin of a block of the standard that a name in a call or behind a dot is."""
+    here = context(text, word.begin)
+    kind = None
+    if here.base:
+        kind = type_of(index, here.owner, here.base)
+    elif here.call is not None and text.plain[word.end :].lstrip()[:2] in (":=", "=>"):
+        callee = callee_of(index, here.owner, here.call.callee)
+        kind = callee.block if callee is not None else None
+    pin = pin_of(kind, word.name) if isinstance(kind, BlockType) else None
+    return [] if pin is None else [_code([pin.section, f"{pin.name} : {describe(pin.type)}"])]
 
 
 def _pins_of_standard(name: str) -> list[str]:

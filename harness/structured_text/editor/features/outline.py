@@ -10,7 +10,7 @@ from lsprotocol import types as lsp
 from structured_text.editor.index import Index
 from structured_text.editor.positions import span
 from structured_text.editor.structure import Region, Token, scanned, tokens_of
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import Text, document
 
 __all__ = ["outline"]
 
@@ -33,7 +33,7 @@ _KINDS = {
 def outline(index: Index, path: Path | str, text: str) -> list[lsp.DocumentSymbol]:
     """Return the declarations of a file, each inside of the one around it."""
     del index  # the outline follows the text while somebody is typing
-    whole = Text(text, path)
+    whole = document(text, str(path))
     tokens = tokens_of(whole)
     return list(_Outline(whole, tokens).symbols(scanned(tokens)[0]))
 

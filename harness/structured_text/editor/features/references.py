@@ -12,7 +12,7 @@ from structured_text.editor.lookup import word_at
 from structured_text.editor.names import Definition
 from structured_text.editor.positions import from_editor, location, range_of
 from structured_text.editor.resolving import WRITE
-from structured_text.editor.texts import Text, same_name
+from structured_text.editor.texts import document, same_name
 
 __all__ = ["highlights", "references"]
 
@@ -46,7 +46,7 @@ def highlights(
     found = _definition(index, path, text, position)
     if found is None:
         return None
-    whole = Text(text, path)
+    whole = document(text, str(path))
     kinds = {WRITE: lsp.DocumentHighlightKind.Write, DECLARATION: lsp.DocumentHighlightKind.Text}
     return [
         lsp.DocumentHighlight(
@@ -61,7 +61,7 @@ def highlights(
 def _definition(
     index: Index, path: Path | str, text: str, position: lsp.Position
 ) -> Definition | None:
-    whole = Text(text, path)
+    whole = document(text, str(path))
     word = word_at(index, path, whole, whole.offset(from_editor(whole.lines, position)))
     return None if word is None else word.definition
 

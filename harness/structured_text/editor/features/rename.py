@@ -18,7 +18,8 @@ from structured_text.editor.index import Index, Occurrence
 from structured_text.editor.lookup import Word, word_at
 from structured_text.editor.names import Definition
 from structured_text.editor.positions import from_editor, range_of, span, uri_of
-from structured_text.editor.texts import Text, same_name
+from structured_text.editor.structure import tokens_of
+from structured_text.editor.texts import Text, document, same_name
 from structured_text.errors import InputError
 from structured_text.language.lexer import KEYWORDS
 from structured_text.language.standard import reserved
@@ -29,6 +30,7 @@ __all__ = ["prepare", "rename"]
 _NAME = re.compile(r"[^\W\d]\w*")
 #: Names that bodies see without a path, besides those of their own POU.
 _OPEN = ("function", "function_block", "program", "interface", "structure", "enumeration", "type")
+_HEADS = ("ACTION", "METHOD", "PROPERTY")
 _LOCAL = ("variable", "method", "action", "property")
 
 
@@ -65,9 +67,10 @@ def rename(
     family = index.family(found)
     _check_name(name)
     for one in family:
-        _check_definition(one)
+        _check_definition(index, one)
     uses = index.uses(family)
     _check_files(found, uses, library)
+    _check_unknown(index, found)
     if not same_name(name, found.name):
         for one in family:
             for other in _clashes(index, one, name.upper(), uses):
@@ -78,7 +81,7 @@ def rename(
 def _at(
     index: Index, path: Path | str, text: str, position: lsp.Position
 ) -> tuple[Text, Word | None]:
-    whole = Text(text, path)
+    whole = document(text, str(path))
     return whole, word_at(index, path, whole, whole.offset(from_editor(whole.lines, position)))
 
 
@@ -94,7 +97,10 @@ def _check_name(name: str) -> None:
         raise InputError(f"{name} is a word of the language or its standard", hint=hint)
 
 
-def _check_definition(found: Definition) -> None:
+def _check_definition(index: Index, found: Definition) -> None:
+    if found.key.partition(".")[0] in index.outside.registry.overloads:
+        text = f"several functions are called {found.key.partition('.')[0]}"
+        raise InputError(text, hint="rename them by hand")
     suffix = Path(found.file).suffix.lower()
     if found.kind == "list":
         text = f"the list of global variables {found.name} is named after its file"
@@ -116,6 +122,34 @@ def _check_files(found: Definition, uses: Iterable[Occurrence], library: Collect
         if _is_read_only(one.path):
             text = f"{found.name} is used in a file that cannot be written"
             raise InputError(text, file=one.path, line=one.at.line, hint="make the file writable")
+
+
+def _check_unknown(index: Index, found: Definition) -> None:
+    """Raise InputError if a file with mistakes has the name at a place with an unknown meaning."""
+    for path in {error.file for error in index.errors if error.file in index.files}:
+        text = index.text(str(path))
+        if found.name.upper() not in text.words:
+            continue
+        known = {one.at for one in index.occurrences(str(path))}
+        before = ""
+        for token in tokens_of(text):
+            at = text.at(token.begin)
+            # Without a path, a name behind a dot is another one. A head declares its name.
+            other = before in _HEADS or (before == "." and _is_local(found))
+            if not other and at not in known and same_name(token.text, found.name):
+                raise InputError(
+                    f"because of mistakes in the sources, the meaning of {token.text} is not known",
+                    file=path,
+                    line=at.line,
+                    column=at.column,
+                    hint="correct the mistakes first",
+                )
+            before = token.word
+
+
+def _is_local(found: Definition) -> bool:
+    section = found.section.kind if found.section is not None else ""
+    return section in ("VAR", "VAR_TEMP", "VAR_STAT", "VAR_INST", "VAR_EXTERNAL")
 
 
 def _is_read_only(path: str) -> bool:

@@ -11,7 +11,7 @@ from structured_text.editor.index import Index
 from structured_text.editor.lookup import callee_of
 from structured_text.editor.pins import callee_title, pins_of_callee, result_of
 from structured_text.editor.positions import from_editor, units
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import document
 from structured_text.editor.writing import comment
 
 __all__ = ["TRIGGERS", "signature"]
@@ -24,7 +24,7 @@ def signature(
     index: Index, path: Path | str, text: str, position: lsp.Position
 ) -> lsp.SignatureHelp | None:
     """Return the pins of the call around a position; None outside of a call."""
-    whole = Text(text, path)
+    whole = document(text, str(path))
     here = context(whole, whole.offset(from_editor(whole.lines, position)))
     callee = None if here.call is None else callee_of(index, here.owner, here.call.callee)
     if here.call is None or callee is None:

@@ -12,7 +12,7 @@ from lsprotocol import types as lsp
 from structured_text.editor.index import DECLARATION, Index, Occurrence
 from structured_text.editor.positions import units
 from structured_text.editor.resolving import WRITE
-from structured_text.editor.texts import Text
+from structured_text.editor.texts import Text, document
 from structured_text.language.lexer import KEYWORDS
 from structured_text.language.scalars import ELEMENTARY
 from structured_text.language.standard import BLOCKS, FUNCTIONS, conversion, overload
@@ -72,7 +72,7 @@ class _Token(NamedTuple):
 
 def tokens(index: Index, path: Path | str, text: str) -> lsp.SemanticTokens:
     """Return the semantic tokens of a file; see `LEGEND`."""
-    whole = Text(text, path)
+    whole = document(text, str(path))
     found = {token.begin: token for token in _words(whole)}
     found |= {token.begin: token for token in _skipped(whole)}
     for one in index.placed(path, whole):
@@ -139,11 +139,8 @@ def _skipped(text: Text) -> Iterator[_Token]:
 def _encoded(text: Text, found: list[_Token]) -> list[int]:
     """Return the tokens as numbers: each position is relative to the token before it."""
     numbers: list[int] = []
-    line = column = behind = 0
+    line = column = 0
     for token in found:
-        if token.begin < behind:
-            continue  # a token inside of another one
-        behind = token.end
         at = text.at(token.begin)
         here = at.line - 1
         start = units(text.lines[here][: at.column - 1])

@@ -16,9 +16,11 @@ from structured_text.engines.builtin.expression_code import ExpressionCode
 from structured_text.engines.builtin.standard import Value
 from structured_text.engines.builtin.statements import Branches, Writer
 from structured_text.engines.builtin.storage import Storage, slot_name
+from structured_text.errors import VARIABLES
 from structured_text.language import tree as t
 from structured_text.language.project import Project
 from structured_text.language.scalars import ANY_DATE, ANY_DURATION, ANY_REAL, ANY_STRING
+from structured_text.language.source import NetworkLine
 from structured_text.language.types import type_name
 from structured_text.language.walk import nodes, parts
 
@@ -179,8 +181,13 @@ class Plan:
                 self._expression(part, line)
             self._body(node, node.body)
         elif isinstance(node, t.CallBlock):
-            for _, value in (*node.inputs, *node.in_outs, *node.outputs):
+            for _, value in node.inputs:
+                self._passed(value, line)
+            for _, value in (*node.in_outs, *node.outputs):
                 self._expression(value, line)
+        elif isinstance(node, t.Assign):
+            self._expression(node.target, line)
+            self._passed(node.value, line)
         else:
             for part in parts(node):
                 self._expression(part, line)
@@ -188,10 +195,24 @@ class Plan:
         if loop or (isinstance(node, (t.If, t.Case)) and not node.otherwise):
             self.empty[id(node)] = self._count()
 
+    def _passed(self, node: t.Expression, line: int) -> None:
+        """Find the decisions in a value that is assigned or passed to an input."""
+        if _is_contact(node, line):
+            self._decision(node, line)
+        else:
+            self._expression(node, line)
+
     def _expression(self, node: t.Expression, line: int) -> None:
         """Find the decisions in an expression that is not a decision itself."""
         if _is_operator(node):
             self._decision(node, line)
+            return
+        if isinstance(node, t.CallFunction):
+            for value in node.arguments:
+                if value is not None:
+                    self._passed(value, line)
+            for _, variable in (*node.in_outs, *node.outputs):
+                self._expression(variable, line)
             return
         for part in parts(node):
             self._expression(part, line)
@@ -205,6 +226,25 @@ class Plan:
         for condition in conditions:
             for part in parts(condition):
                 self._expression(part, line)
+
+
+#: The parts of drawings that have contacts. A step or an action of a chart may be text.
+_CONTACTS = ("rung", "network")
+
+
+def _is_contact(node: t.Expression, line: int) -> bool:
+    """Return whether a value is the only contact of a coil or of a block's input in a drawing.
+
+    It is a decision: without it, `|--| |--( )--|` would be covered although the contact was never
+    closed. A variable that holds the power of a rung was a decision at its own assignment.
+    """
+    if not isinstance(line, NetworkLine) or type_name(node.type) != "BOOL":
+        return False
+    if not line.network.startswith(_CONTACTS):
+        return False
+    while isinstance(node, (t.Member, t.Index)):
+        node = node.base
+    return isinstance(node, t.Use) and not node.symbol.name.startswith(VARIABLES)
 
 
 def _is_operator(node: t.Expression) -> bool:

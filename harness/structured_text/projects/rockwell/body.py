@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator, Sequence
 
 from structured_text.language.source import Line
@@ -17,9 +18,12 @@ from structured_text.projects.rockwell.expression_reader import (
 from structured_text.projects.rockwell.sheets.blocks import CALLED, NO_TEXT
 from structured_text.projects.rockwell.sheets.statements import no_array
 from structured_text.projects.rockwell.subroutines import SubroutineReader
+from structured_text.projects.rockwell.system import SYSTEM_HINT, is_known_class, note_of
 
 __all__ = ["translated"]
 
+#: Matches an index that is not a number.
+_VARYING = re.compile(r"\[[^\]]*[^\d\s,\]]")
 _ENDS = ("END_IF", "ELSIF", "ELSE", "END_CASE", "END_FOR", "END_WHILE", "UNTIL", "END_REPEAT", "")
 #: Instructions for texts, with the number of arguments behind the first one.
 _TEXTS = {"MID": 3, "DELETE": 3, "CONCAT": 2, "INSERT": 3}
@@ -160,15 +164,12 @@ class _Statements(SubroutineReader):
     def _assignment(self) -> Iterator[str]:
         token = self._peek()
         target, data = self._variable(written=True)
-        if self._peek().word == "[:=]":
-            raise self._error(
-                "[:=] is not supported: it is cleared when the controller starts",
-                token,
-                "write := and clear it in the first scan",
-            )
-        self._expect(":=")
-        value = self._value()
         types = self._routine.types
+        if self._take("[:=]"):
+            self._routine.cleared.append(self._cleared(target, data, token))
+        else:
+            self._expect(":=")
+        value = self._value()
         if types.is_string(data) or value[1] == "STRING":
             if not (types.is_string(data) and value[1] == "STRING"):
                 raise self._error(f"{target} and the value are not both texts", token)
@@ -180,6 +181,14 @@ class _Statements(SubroutineReader):
             yield f"{target} := {bare(text)};"
         else:
             raise self._error(f"{target} is copied by COP, not assigned", token)
+
+    def _cleared(self, target: str, data: Data, token: Token) -> str:
+        """Return the statement of the prescan for a tag left of `[:=]`."""
+        if not self._routine.types.is_simple(data) or _VARYING.search(target):
+            text = f"[:=] is not supported for {target}"
+            raise self._error(text, token, "write :=, and clear it in the first scan")
+        zero = {"BOOL": "FALSE", "REAL": "0.0", "LREAL": "0.0"}.get(data.type, "0")
+        return f"{target} := {f'{STORED[data.type]}#0' if data.stored else zero};"
 
     # --- calls ----------------------------------------------------------------------------
 
@@ -208,12 +217,37 @@ class _Statements(SubroutineReader):
             yield from self._copy(token)
         elif name == "SIZE":
             yield self._size_of(token)
+        elif name in ("GSV", "SSV", "EVENT"):
+            self._system(token)
         elif name in _TEXTS:
             yield self._text_call(token)
         elif name == "FIND":
             yield from self._find(token)
         else:
             raise self._error(f"the instruction {token.text} is not supported", token)
+
+    def _system(self, token: Token) -> None:
+        """Read GSV, SSV or EVENT, of which only a note remains."""
+        operands = [""]
+        while self._peek().text not in (")", ""):
+            if self._take(","):
+                operands.append("")
+                if len(operands) == len(("Class", "Instance", "Attribute", "Tag")):
+                    start = self._place
+                    self._variable(written=token.word == "GSV", element=False)
+                    operands[-1] = "".join(one.text for one in self._tokens[start : self._place])
+                    break
+            else:
+                operands[-1] += self._next().text
+        while self._peek().text not in (")", ""):
+            self._next()  # the index of the tag
+        self._expect(")")
+        if len(operands) != (1 if token.word == "EVENT" else 4):
+            raise self._error(f"{token.text} has {len(operands)} operands", token)
+        if token.word != "EVENT" and not is_known_class(operands[0]):
+            text = f"{token.text} of {operands[0]} is not supported"
+            raise self._error(text, token, SYSTEM_HINT)
+        self._routine.notes.append((token.at, note_of(token.word, *operands)))
 
     def _instruction(self, token: Token) -> str:
         """Translate `Block(Instance, a, b)`; the arguments are the required parameters."""

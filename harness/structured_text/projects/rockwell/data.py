@@ -84,6 +84,7 @@ class Types:
         protected: Add-On Instructions with protected source, which the file does not contain.
         arrays: Named types for arrays, collected by `written`.
         read_members: The names of all members that the routines mention, such as ACC.
+        used: The members of each tag that the routines mention directly, both in upper case.
     """
 
     members: dict[str, Mapping[str, Data]] = field(default_factory=dict)
@@ -92,6 +93,7 @@ class Types:
     protected: set[str] = field(default_factory=set)
     arrays: dict[str, Data] = field(default_factory=dict)
     read_members: set[str] = field(default_factory=set)
+    used: dict[str, set[str]] = field(default_factory=dict)
 
     def is_string(self, data: Data) -> bool:
         """Return whether the type is a single STRING."""

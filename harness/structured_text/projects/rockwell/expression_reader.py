@@ -95,7 +95,10 @@ class Routine:
         subroutines: The parameters of the routines that JSR can call.
         own: The parameters of the routine itself.
         added: Variables that the translation adds to the program or instruction, with their types.
-        first: The prescan of each ladder routine, by the routine's name in upper case.
+        notes: What a user may miss in Structured Text, each with its line.
+        first: The prescan of each routine, by the routine's name in upper case.
+        cleared: Statements for tags left of `[:=]` in the routine that is read; the prescan clears
+            them.
     """
 
     file: Path
@@ -108,6 +111,14 @@ class Routine:
     own: Subroutine | None = None
     added: dict[str, str] = field(default_factory=dict)
     first: dict[str, Sequence[First]] = field(default_factory=dict)
+    notes: list[tuple[int, str]] = field(default_factory=list)
+    cleared: list[str] = field(default_factory=list)
+
+    def take_cleared(self) -> list[str]:
+        """Return the statements in `cleared`, and remove them."""
+        found = list(dict.fromkeys(self.cleared))
+        self.cleared.clear()
+        return found
 
 
 def plain_tag(name: str) -> str:

@@ -47,7 +47,7 @@ from structured_text.projects.rockwell.routines import (
     returns,
     statements_of,
 )
-from structured_text.projects.rockwell.sheets.reader import members_in_sheets
+from structured_text.projects.rockwell.sheets.reader import enables_in
 from structured_text.projects.rockwell.subroutines import declared_parameters, subroutine_of
 from structured_text.projects.rockwell.unknown import unknown_types
 from structured_text.projects.rockwell.values import ENABLE, Values
@@ -66,6 +66,7 @@ _CLEARED = re.compile(r"\s*(\w+)(?:\[[^\]]*\])?\s*:=")
 #: Matches the target of an alias: a tag with its members, elements and bits.
 _ALIASED = re.compile(r"(\\?\w+(?::\w+)*)(?:\.\w+|\[\d+(?:,\d+)*\])*")
 _MOST_ALIASES = 50
+_OF_TAG = re.compile(r"(?<![\w.:])([^\W\d]\w*)\s*\.\s*([^\W\d]\w*)")
 _MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
 #: Interval of a periodic task without one, in milliseconds: the default of the tool (assumed).
 _RATE = "10"
@@ -90,7 +91,8 @@ class _Reader:
         self._aois = list(root.below("AddOnInstructionDefinition"))
         self._parameters: dict[str, dict[str, Element]] = {}
         self._notes: list[str] = []
-        self._routines = RoutineReader(file, self._types, self._notes)
+        options = next(root.below("Controller"), root).attributes
+        self._routines = RoutineReader(file, self._types, self._notes, options)
         self._values = Values(self._types, self._parameters, self._data, self._note)
         self._needs: set[str] = set()
         self._first: list[str] = []
@@ -103,8 +105,11 @@ class _Reader:
             self._know_instruction(aoi)
         for encoded in root.below("EncodedData"):
             self._types.protected.add(encoded.get("Name").upper())
-        self._types.read_members.update(_MEMBER.findall(code_of(root)))
-        self._types.read_members.update(members_in_sheets(root))
+        code = code_of(root)
+        self._types.read_members.update(_MEMBER.findall(code))
+        for tag, member in _OF_TAG.findall(code):
+            self._types.used.setdefault(tag, set()).add(member)
+        self._types.read_members.update(enables_in(root))
         controller = next(root.below("Controller"), root)
         self._modules = module_tags(root)
         self._made = self._not_declared()
@@ -275,7 +280,7 @@ class _Reader:
                 kind = text.partition(" ")[0]
                 units.append(Unit(kind, Piece(name, lines), self._file, generated=True))
         arrays = [self._array(name, data) for name, data in self._types.arrays.items()]
-        names = {_key(one): plain_tag(one.get("Name")) for one in programs}
+        names = {_key(one): self._name_of(one) for one in programs}
         tasks = list(self._tasks(names))
         found = Project((*arrays, *units), tuple(self._notes))
         if not found.units:
@@ -450,9 +455,14 @@ class _Reader:
         )
         return replace(unit, piece=piece)
 
+    def _name_of(self, program: Element) -> str:
+        """Return the name of a program, which may be that of a tag on the controller."""
+        name = plain_tag(program.get("Name"))
+        return f"{name}_Program" if _key(program) in self._global else name
+
     def _program(self, program: Element) -> tuple[Unit, list[str]]:
         """Return a program, and the prescan of its own tags."""
-        name = plain_tag(program.get("Name"))
+        name = self._name_of(program)
         own, aliases = self._told_apart(program, self._aliases)
         tags = {**self._global, **{_key(one): self._data(one) for one in own}}
         routines = {_key(one): one for one in program.all("Routines", "Routine")}

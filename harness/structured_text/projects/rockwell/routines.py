@@ -14,7 +14,9 @@ from structured_text.projects.diagrams.networks.model import Diagram
 from structured_text.projects.model import Foreign, Lines, made, without_comments
 from structured_text.projects.rockwell import prescan
 from structured_text.projects.rockwell.body import translated
-from structured_text.projects.rockwell.data import Types
+from structured_text.projects.rockwell.charts.reader import read_chart
+from structured_text.projects.rockwell.charts.translate import translated_chart
+from structured_text.projects.rockwell.data import First, Types
 from structured_text.projects.rockwell.expression_reader import Routine, plain_tag, tokens_of
 from structured_text.projects.rockwell.ladder.call import Body
 from structured_text.projects.rockwell.ladder.diagram import diagram_of
@@ -22,7 +24,7 @@ from structured_text.projects.rockwell.ladder.model import LadderError
 from structured_text.projects.rockwell.ladder.rungs import read_rungs
 from structured_text.projects.rockwell.ladder.translate import translated_rungs
 from structured_text.projects.rockwell.sheets.diagram import diagram_of as sheets_diagram
-from structured_text.projects.rockwell.sheets.reader import read_sheets
+from structured_text.projects.rockwell.sheets.reader import drawn_in, read_sheets
 from structured_text.projects.rockwell.sheets.translate import translated_sheets
 from structured_text.projects.xml import Element
 
@@ -45,9 +47,13 @@ class RoutineReader:
         file: The file.
         types: The types of the project.
         notes: The list to which notes are added.
+        options: The attributes of the controller.
     """
 
-    def __init__(self, file: Path, types: Types, notes: list[str]) -> None:
+    def __init__(
+        self, file: Path, types: Types, notes: list[str], options: Mapping[str, str]
+    ) -> None:
+        self._options = options
         self._file, self._types, self._notes = file, types, notes
 
     def read(
@@ -65,15 +71,19 @@ class RoutineReader:
         further statements follow the routine, and a rung does not leave it by RETURN.
         """
         kind = routine.get("Type")
-        if kind not in ("ST", "RLL", "FBD"):
+        if kind not in ("ST", "RLL", "FBD", "SFC"):
             return Read(Foreign(kind, routine.at))
+        scope.take_cleared()  # what a routine that was refused has left
         try:
             if kind != "ST":
                 body = Body(scope, may_return=may_return)
                 return deeply(partial(self._drawn, routine, body, variables))
             lines = statements_of(routine)
-            scope.first[_key(routine)] = prescan.jumps_in(tokens_of(lines))
-            return Read(deeply(partial(translated, lines, scope)))
+            found = deeply(partial(self._text, lines, scope))
+            cleared = tuple(First((line,)) for line in scope.take_cleared())
+            jumps = prescan.jumps_in(tokens_of(lines))
+            scope.first[_key(routine)] = (*cleared, *jumps)
+            return Read(found)
         except RecursionError:
             text = "has statements or expressions nested too deeply"
             return Read(Foreign(kind, routine.at, text))
@@ -84,9 +94,20 @@ class RoutineReader:
             hint = f" ({error.hint})" if error.hint else ""
             return Read(Foreign(kind, error.line or routine.at, f"{error.message}{hint}"))
 
+    def _text(self, lines: list[Line], scope: Routine) -> Lines:
+        before = len(scope.notes)
+        found = translated(lines, scope)
+        self._notes += [f"{self._file}:{at}: {text}" for at, text in scope.notes[before:]]
+        return found
+
     def _drawn(self, routine: Element, body: Body, variables: dict[str, str] | None) -> Read:
-        """Return the statements and the diagram of a ladder or function block diagram."""
-        if routine.get("Type") == "FBD":
+        """Return the statements and the diagram of a ladder, function block diagram or chart."""
+        diagram = None
+        if routine.get("Type") == "SFC":
+            contents = drawn_in(routine, "SFCContent", self._note)
+            chart = read_chart(contents[0] if contents else routine)
+            found = translated_chart(chart, body, self._options)
+        elif routine.get("Type") == "FBD":
             sheets = read_sheets(routine, self._note)
             found = translated_sheets(sheets, body)
             diagram = sheets_diagram(sheets, self._types)
@@ -137,7 +158,9 @@ def returns(lines: Lines) -> bool:
 
 def code_of(element: Element) -> str:
     """Return the text of all routines below an element, in upper case."""
-    return "\n".join(one.text() for one in element.below("STContent", "Text")).upper()
+    texts = (one.text() for one in element.below("STContent", "Text"))
+    operands = (one.get("Operand") for one in element.below("IRef", "ORef"))
+    return "\n".join((*texts, *operands)).upper()
 
 
 def declarations(variables: Mapping[str, str]) -> Iterator[str]:

@@ -19,7 +19,7 @@ __all__ = ["unknown_types"]
 _USED = re.compile(
     r"(?:\b(?P<bit>XIC|XIO|OTE|OTL|OTU)\s*\(\s*)?"
     r"(?<![\w.:\\#%])(?P<tag>[^\W\d]\w*)(?![\w:])"
-    r"(?P<rest>(?:\.\w+|\[[^\[\]]*\])*)(?P<closed>\s*\))?",
+    r"(?P<rest>(?:\.\w+|\[(?!:=\])[^\[\]]*\])*)(?P<closed>\s*\))?",
     re.IGNORECASE,
 )
 #: Types of members of drives, by the beginning of the type. Source: exports of these modules.

@@ -124,10 +124,20 @@ def test_types_are_offered_behind_the_colon_of_a_declaration() -> None:
     assert not labels & {"Main", "Twice", "a"}
 
 
-def test_an_initial_value_has_the_type_of_its_variable() -> None:
-    """Members of the enumeration are offered behind `: Mode :=`."""
-    typed = "PROGRAM Main\nVAR\n  x : Mode := |\nEND_VAR\nEND_PROGRAM\n"
-    assert _labels(typed) == ["OFF", "AUTO"]
+@pytest.mark.parametrize(
+    ("declared", "labels"),
+    [
+        ("x : Mode := |", ["OFF", "AUTO"]),
+        ("x : Point := (|", ["x", "y"]),
+        ("x : Point := (x := (1 + 2), |", ["x", "y"]),
+        ("x : Point := (x := 1, y := |", ["OFF", "AUTO"]),
+        ("x : Pump := (How := |", ["OFF", "AUTO"]),
+        ("a : BOOL; x : Pump := (|", ["Speed", "How", "Busy"]),
+    ],
+)
+def test_an_initial_value_has_the_type_of_its_variable(declared: str, labels: list[str]) -> None:
+    """Members of an enumeration, and the fields of structures and blocks, are offered."""
+    assert _labels(f"PROGRAM Main\nVAR\n  {declared}\nEND_VAR\nEND_PROGRAM\n") == labels
 
 
 @pytest.mark.parametrize("body", ["(* P.| *)", "// P.|", "a := 'P.|';"])
@@ -144,6 +154,25 @@ def test_a_method_sees_the_variables_of_its_block() -> None:
     assert {"Hidden", "Own", "Fast", "Speed"} <= labels
 
 
+def test_the_members_of_a_pointer_are_those_of_its_target() -> None:
+    """The pointer leads to a Point, which has two fields."""
+    main = "PROGRAM Main\nVAR p : POINTER TO Point; END_VAR\n{}\nEND_PROGRAM\n"
+    place = at_cursor(main.format(""), main.format("p^.|"), Pump=_PUMP)
+    assert [one.label for one in completion(*place.args) or []] == ["x", "y"]
+
+
+def test_members_and_globals_are_qualified_where_they_must_be() -> None:
+    """The pragmas demand the name of the enumeration, and of the list."""
+    types = "{attribute 'strict'}\nTYPE Mode : (OFF, AUTO); END_TYPE\n"
+    lists = "{attribute 'qualified_only'}\nVAR_GLOBAL Level : INT; END_VAR\n"
+    main = "PROGRAM Main\nVAR m : Mode; END_VAR\n{}\nEND_PROGRAM\n"
+    place = at_cursor(main.format(""), main.format("m := |"), Types=types, GVL=lists)
+    found = {one.label: one.insert_text for one in completion(*place.args) or []}
+    assert found["OFF"] == "Mode.OFF"
+    assert "GVL" in found
+    assert "Level" not in found
+
+
 def test_an_item_gets_its_declaration_when_it_is_shown() -> None:
     """The editor asks for it when an item is selected."""
     place = at_cursor(_main(""), _main("P.|"), Pump=_PUMP)
@@ -151,3 +180,16 @@ def test_an_item_gets_its_declaration_when_it_is_shown() -> None:
     found = resolved(place.index, item).documentation
     assert isinstance(found, lsp.MarkupContent)
     assert found.value == "```iecst\nSpeed : INT := 3\n```\n\n[1/min]"
+
+
+@pytest.mark.parametrize(
+    "body", ["P.|", "IF P.Busy THEN\n  P.|", "CASE M OF\n  OFF: P.|", "a := 1;\n  P.|"]
+)
+@pytest.mark.parametrize("behind", ["END_PROGRAM\n", "END_PROGRAM\n" + _PUMP])
+def test_members_are_offered_while_the_indexed_text_is_broken(body: str, behind: str) -> None:
+    """The index is that of the unfinished text itself; the next line is not the member."""
+    typed = f"PROGRAM Main\nVAR P : Pump; M : Mode; END_VAR\n{body}\n{behind}"
+    others = {} if _PUMP in behind else {"Pump": _PUMP}
+    place = at_cursor(typed, **others)
+    labels = [one.label for one in completion(*place.args) or []]
+    assert sorted(labels) == ["Busy", "How", "Speed", "Start"]

@@ -33,6 +33,7 @@ END_PROGRAM
         ("// one\n// two\n\n// three\n", [(0, 1)]),
         ("PROGRAM Main\nFOR a := 1 TO 2 DO\na := 1;\n", [(0, 2), (1, 2)]),
         ("{region 'x'}\na\n{endregion}\n", [(0, 2)]),
+        ("PROGRAM Main\nSet := 1;\na.IF := 2;\nEND_PROGRAM\n", [(0, 2)]),
         ("IF a THEN b; END_IF\n", []),
         ("END_IF\nEND_PROGRAM\n", []),
     ],

@@ -41,6 +41,7 @@ def _hints(body: str) -> list[tuple[int, int, object]]:
         ("a := Twice(n := 1);", [(2, 17, "more := 2")]),
         ("a := Twice(1, 2) + (a);", []),
         ("t1(IN := TRUE);", [(2, 13, "PT := T#0s")]),
+        ("t1(TRUE, T#1s);", []),
         ("P(\n", []),
     ],
 )

@@ -67,6 +67,21 @@ def test_hover_shows_what_is_declared(text: str, shown: str | None) -> None:
     assert _hover(text) == shown
 
 
+@pytest.mark.parametrize(
+    ("body", "shown"),
+    [
+        ("t1(I|N := TRUE);", "VAR_INPUT\nIN : BOOL"),
+        ("t1(Q| => b);", "VAR_OUTPUT\nQ : BOOL"),
+        ("b := t1.E|T > T#1s;", "VAR_OUTPUT\nET : TIME"),
+        ("t1(IN := Q|);", None),
+    ],
+)
+def test_hover_of_a_pin_of_the_standard_shows_its_type(body: str, shown: str | None) -> None:
+    """A TON has the pins IN, PT, Q and ET; the last Q is an unknown variable."""
+    text = _main(body, "t1 : TON; b : BOOL;")
+    assert _hover(text) == (None if shown is None else f"```iecst\n{shown}\n```")
+
+
 def test_hover_of_a_member_shows_its_number() -> None:
     """AUTO has the number 5 that its declaration gives it."""
     text = "TYPE Mode : (OFF, AUTO := 5); END_TYPE\n" + _main("M := AU|TO;", "M : Mode;")

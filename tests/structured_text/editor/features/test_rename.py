@@ -17,6 +17,8 @@ from structured_text.editor.names import Definition
 from structured_text.editor.positions import to_editor
 from structured_text.errors import InputError
 from structured_text.language.load import read_file
+from structured_text.language.parser import read_text
+from structured_text.language.source import in_dialect
 
 _FILES = {
     "Types": """TYPE
@@ -126,6 +128,7 @@ def _check_round_trip(found: Definition, name: str) -> None:
 
 @settings(max_examples=12, deadline=None)
 @example(_INDEX.names.get("BASE.RUN"), "Go")
+@example(_INDEX.names.get("RUNS.RUN.FAST"), "quick")
 @example(_INDEX.names.get("@GVL.LEVEL"), "own")
 @example(_INDEX.names.get("MODE.AUTO"), "i")
 @example(_INDEX.names.get("BASE.INNER"), "count")
@@ -182,6 +185,39 @@ def test_names_of_the_library_are_not_renamed() -> None:
     place = at_cursor("PROGRAM Main VAR P : Pu|mp; END_VAR END_PROGRAM\n", Pump=pump)
     with pytest.raises(InputError, match="Pump is declared in the library"):
         rename(*place.args, "Other", library=[FOLDER / "Pump.st"])
+
+
+@pytest.mark.parametrize(
+    ("name", "refused"), [("Speed", True), ("own", True), ("Size", False), ("Other", False)]
+)
+def test_a_name_whose_meaning_a_mistake_hides_is_not_renamed(name: str, refused: bool) -> None:
+    """The type of Job is missing, so that Job.Speed may be Pump's Speed; line 5 has a mistake."""
+    text = """FUNCTION_BLOCK Pump
+VAR_INPUT Speed : INT; END_VAR
+VAR Job : Missing; own : INT; Size : INT; Other : INT; END_VAR
+Speed := Job.Speed + Job.Size; Other := Size;
+own := (own;
+END_FUNCTION_BLOCK
+"""
+    index = index_of(Main=text)
+    found = index.names.get(f"PUMP.{name.upper()}")
+    assert found is not None
+    if refused:
+        with pytest.raises(InputError, match="because of mistakes in the sources"):
+            _renamed(index, found, "Fresh")
+    else:
+        assert "Fresh" in _renamed(index, found, "Fresh")["Main"]
+
+
+def test_one_of_several_functions_of_a_name_is_not_renamed() -> None:
+    """In the dialect of SIMATIC AX, functions with different inputs may have one name."""
+    text = """FUNCTION Half : INT VAR_INPUT n : INT; END_VAR Half := n / 2; END_FUNCTION
+FUNCTION Half : REAL VAR_INPUT r : REAL; END_VAR Half := r / 2.0; END_FUNCTION
+"""
+    path = in_dialect(FOLDER / "Main.st", "ax")
+    index = build([path], lambda path: read_text(text, path), lambda _: text)
+    with pytest.raises(InputError, match="several functions are called HALF"):
+        rename(index, path, text, lsp.Position(0, 10), "Third")
 
 
 def test_files_that_cannot_be_written_are_not_changed(

@@ -63,3 +63,10 @@ def test_comments_explain_block_and_pin() -> None:
     assert shown.documentation == "Moves water."
     assert shown.parameters is not None
     assert [one.documentation for one in shown.parameters] == ["[1/min]", None, None]
+
+
+def test_a_pin_that_does_not_exist_makes_no_other_pin_active() -> None:
+    """The block has no pin Wrong."""
+    found = signature(*at_cursor(_main(""), _main("P(Wrong := |"), Pump=_PUMP).args)
+    assert found is not None
+    assert found.active_parameter is None

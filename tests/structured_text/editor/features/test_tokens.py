@@ -75,3 +75,14 @@ def test_names_move_with_their_lines_while_somebody_is_typing() -> None:
     newer, _ = marked("PROGRAM Main VAR a : INT; END_VAR\n\na := 1 +|;\na := 2;\nEND_PROGRAM\n")
     found = [(line, kind) for line, word, kind, _ in _tokens(text, newer) if word == "a"]
     assert found == [(0, "variable"), (3, "variable")]
+
+
+def test_names_in_a_new_comment_have_its_colour() -> None:
+    """A comment is opened above lines that have not changed, and is not closed yet."""
+    text = "PROGRAM Main VAR a : INT; END_VAR\n\na := 1;\nEND_PROGRAM\n"
+    newer = text.replace("\n\n", "\n(*\n")
+    assert [one[1:3] for one in _tokens(text, newer)][-3:] == [
+        ("(*", "comment"),
+        ("a := 1;", "comment"),
+        ("END_PROGRAM", "comment"),
+    ]

@@ -153,6 +153,28 @@ def test_what_follows_a_missing_end_is_checked_too(mistakes_of: Errors) -> None:
 
 
 @pytest.mark.parametrize(
+    ("body", "line", "message"),
+    [
+        ("I.", 4, "'END_PROGRAM' is not expected here"),
+        ("I := I.\nIF I = 1 THEN I := 2; END_IF;", 4, "'IF' is not expected here"),
+        ("CASE I OF\n1: I := 2;", 3, "the CASE of this line has no END_CASE"),
+        ("REPEAT\nI := 1;", 3, "the REPEAT of this line has no END_REPEAT"),
+        ("REPEAT\nI := 1;\nEND_WHILE;", 5, "END_WHILE does not end the REPEAT of line 3"),
+    ],
+)
+def test_an_unfinished_statement_leaves_what_follows_readable(
+    body: str, line: int, message: str, mistakes_of: Errors
+) -> None:
+    """A keyword in the next line is not the missing member; a CASE ends with its POU."""
+    source = (
+        f"PROGRAM P1\nVAR I : INT; END_VAR\n{body}\nEND_PROGRAM\n"
+        "FUNCTION_BLOCK B1\nVAR J : INT; K : INT; END_VAR\nJ := K;\nEND_FUNCTION_BLOCK\n"
+    )
+    (error,) = mistakes_of(source)
+    assert (error.line, error.message) == (line, message)
+
+
+@pytest.mark.parametrize(
     ("source", "line", "message"),
     [
         ("FUNCTION_BLOCK B1\nVAR A : INT; END_VAR\nA := 1;\nEND_PROGRAM\n", 4,

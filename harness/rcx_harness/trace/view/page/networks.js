@@ -5,6 +5,7 @@
 
 import { element } from "./chart.js";
 
+const OF_BIT = /\.(\d+)$/; // the end of a path to a bit of a variable
 const LETTERS = 14; // letters of a value that are shown
 
 const not = (state) => (typeof state === "boolean" ? !state : state);
@@ -21,6 +22,18 @@ const COMPARISONS = {
   LT: (a, b) => a < b,
   NE: (a, b) => a !== b,
 };
+
+// A bit of an integer; a negative one is a two's complement.
+export function bitOf(value, bit) {
+  if (!Number.isSafeInteger(value)) return undefined;
+  return Math.abs(Math.floor(value / 2 ** bit) % 2) === 1;
+}
+
+// Whether a comparison holds for each pair of neighbours.
+function compared(type, numbers) {
+  if (!COMPARISONS[type] || numbers.includes(null)) return null;
+  return numbers.slice(1).every((other, k) => COMPARISONS[type](numbers[k], other));
+}
 
 // The states of a network: `power(id, pin)` of an output, `symbol(id)` of a contact or coil, `name(id)`
 // of an element's variable. `value(path)` says what a variable is: true or false, an integer as a number,
@@ -49,7 +62,10 @@ export function statesOf(elements, value) {
     return pin.edge ? null : turned(state, pin);
   };
   const leads = (one) => elements.some((other) => other.in.some(({ from }) => from.some(([id]) => id === one.id)));
-  const tested = (one) => (one.tests === null ? null : turned(truth(known(one.tests)), one));
+  const tested = (one) => {
+    const state = one.compare ? compared(one.compare[0], one.compare.slice(1).map(integer)) : truth(known(one.tests));
+    return turned(state, one);
+  };
   const output = (one, pin) => {
     if (one.number) return undefined;
     if (one.kind === "contact") return and([truth(input(one.in[0])), tested(one)]);
@@ -77,16 +93,17 @@ export function statesOf(elements, value) {
   // Of a Boolean operator, or of a comparison of integers.
   const result = (type, pins) => {
     if (OPERATORS[type]) return OPERATORS[type](pins.map((pin) => truth(input(pin))));
-    const numbers = pins.map(number);
-    if (!COMPARISONS[type] || numbers.includes(null)) return null;
-    return numbers.slice(1).every((other, k) => COMPARISONS[type](numbers[k], other));
+    return compared(type, pins.map(number));
   };
   const number = (pin) => {
     if (pin.from.length !== 1) return pin.constant;
     const [id, name] = pin.from[0];
     const one = all.get(id);
-    if (!one) return null;
-    const found = one.constant ?? known(one.out?.find((out) => out.pin === name)?.name ?? one.name ?? null);
+    return one ? integer(one.out?.find((out) => out.pin === name) ?? one) : null;
+  };
+  // A constant, or the value of a variable if it is an integer.
+  const integer = (part) => {
+    const found = part.constant ?? known(part.name ?? null);
     return Number.isSafeInteger(found) ? found : null;
   };
   const symbol = (id) => {
@@ -127,7 +144,8 @@ export class Networks {
   }
 
   #lane(path) {
-    return this.#lanes[this.#variables[path.toUpperCase()]];
+    const key = path.toUpperCase();
+    return this.#lanes[this.#variables[key] ?? this.#variables[key.replace(OF_BIT, "")]];
   }
 
   #view(box, { title, comment, svg, elements }, onName) {
@@ -164,6 +182,7 @@ export class Networks {
       const lane = this.#lane(path);
       if (!lane) return undefined;
       const now = lane.value(lane.indexAt(t));
+      if (OF_BIT.test(path)) return bitOf(now, Number(OF_BIT.exec(path)[1]));
       return lane.form === "bit" ? Boolean(now) : lane.form === "whole" ? now : lane.text(now);
     };
     const shown = (path) => {

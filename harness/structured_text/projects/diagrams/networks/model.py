@@ -270,7 +270,8 @@ class Diagram:
     """A body in LD or FBD.
 
     Attributes:
-        language: LD, FBD, or RLL for a ladder routine of Logix, whose networks are called rungs.
+        language: LD or FBD; RLL for a ladder routine of Logix, whose networks are called rungs;
+            SHEETS for a function block diagram of Logix, whose networks are called sheets.
         networks: The networks in the order of their numbers.
         elements: All elements in the order of the file.
         by_position: How elements without a number are ordered. True: by their positions in the
@@ -285,3 +286,8 @@ class Diagram:
     elements: tuple[Element, ...] = field(default=())
     by_position: bool = True
     sorting: str = "position"
+
+    @property
+    def word(self) -> str:
+        """Return what a network is called: rung, sheet or network."""
+        return {"RLL": "rung", "SHEETS": "sheet"}.get(self.language, "network")

@@ -30,6 +30,8 @@ from structured_text.projects.diagrams.networks.model import (
 
 __all__ = ["as_data", "from_data", "lines_of", "network_at", "stored_networks"]
 
+#: What the lines of a translation call a network.
+_WORDS = ("rung", "network", "sheet")
 _KINDS = {
     kind.__name__: kind
     for kind in (
@@ -64,7 +66,7 @@ def stored_networks(source: Path, places: Collection[str]) -> dict[str, dict[str
     found = {}
     for pou, diagram in getattr(source, "diagrams", ()):
         for network in diagram.networks:
-            for word in ("rung", "network", "sheet"):
+            for word in _WORDS:
                 place = f"{pou}, {word} {network.number}"
                 if place in places:
                     found[place] = as_data(diagram, network.number)
@@ -90,7 +92,7 @@ def lines_of(source: Path, owner: str, number: int) -> list[Line]:
 
 
 def _is_of(place: str, number: int) -> bool:
-    return place in (f"rung {number}", f"network {number}")
+    return any(place == f"{word} {number}" for word in _WORDS)
 
 
 def _element(data: Mapping[str, Any]) -> Element:

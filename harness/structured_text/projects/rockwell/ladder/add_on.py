@@ -57,6 +57,8 @@ def _call(call: Call) -> None:
             others.append(f"{pin} := {text}")
         elif call.raw(number) not in ("", "?"):
             text, given_data = call.tag(number)
+            if text.upper() == f"{instance}.{pin}".upper():
+                continue  # the output of the instance itself is already there
             if given_data == kind and _NAME.fullmatch(text):
                 others.append(f"{pin} => {text}")
             else:

@@ -59,9 +59,7 @@ def length_lines(call: Call, control: int, length: int) -> Iterator[str]:
     """Yield the statement for a length in the rung, which is that of a tag without data."""
     if call.raw(length).isdigit() and int(call.raw(length)):
         tag = control_of(call, control)
-        yield f"IF {tag}.LEN = 0 THEN"
-        yield f"  {tag}.LEN := {int(call.raw(length))};"
-        yield "END_IF;"
+        yield f"{tag}.LEN := SEL({tag}.LEN = 0, {tag}.LEN, {int(call.raw(length))});"
 
 
 def element_for(call: Call, number: int, element: Data) -> str:

@@ -151,7 +151,10 @@ def _indented(lines: _Lines) -> list[str]:
 
 def _prescan(call: Call) -> Iterator[str]:
     """Do what the instruction does without power (assumed)."""
-    yield from _at_rest(control_of(call, 0))
+    control = control_of(call, 0)
+    yield f"{control}.POS := SEL({control}.DN, {control}.POS, 0);"
+    yield f"{control}.DN := FALSE;"
+    yield f"{control}.EN := FALSE;"
     yield from length_lines(call, 0, 1)
 
 

@@ -32,10 +32,21 @@ class _Arrangement:
         self._loops = _loops(jumps)
 
     def lines(self) -> Iterator[Line]:
-        at = self._parts[0][0].at
         for variable in dict.fromkeys(jump.variable for jump in self._jumps if not jump.back):
-            yield Line(f"{_INDENT}{variable} := FALSE;", at)
+            yield self._line(f"{_INDENT}{variable} := FALSE;", 0, "jumps")
         yield from self._between(0, len(self._parts), _INDENT, 0)
+
+    def _line(self, text: str, rung: int, network: str) -> Line:
+        """Return a line at a rung.
+
+        It does not belong to the rung, because it is also executed if the rung is skipped.
+        """
+        return Line(text, self._parts[rung][0].at, network=network)
+
+    def _titles(self, first: int, last: int) -> str:
+        """Return the titles of rungs, such as `rung 3` or `rung 3 to rung 5`."""
+        titles = (self._parts[first][0].network, self._parts[last][0].network)
+        return " to ".join(dict.fromkeys(titles))
 
     def _between(self, first: int, last: int, indent: str, depth: int) -> Iterator[Line]:
         """Yield the rungs from `first` up to `last`, with the loops that begin there."""
@@ -46,13 +57,13 @@ class _Arrangement:
             if inner:
                 start, end, variable = inner[0]
                 del start
-                at = self._parts[number][0].at
-                yield Line(f"{indent}REPEAT", at)
-                yield Line(f"{indent}{_INDENT}{variable} := FALSE;", at)
+                loop = f"loop of {self._titles(number, end)}"
+                yield self._line(f"{indent}REPEAT", number, loop)
+                yield self._line(f"{indent}{_INDENT}{variable} := FALSE;", number, loop)
                 deeper = depth + 1 if number == first else 1
                 yield from self._between(number, end + 1, indent + _INDENT, deeper)
-                yield Line(f"{indent}UNTIL NOT {variable}", self._parts[end][0].at)
-                yield Line(f"{indent}END_REPEAT;", self._parts[end][0].at)
+                yield self._line(f"{indent}UNTIL NOT {variable}", end, loop)
+                yield self._line(f"{indent}END_REPEAT;", end, loop)
                 number = end + 1
                 continue
             behind = min([loop[0] for loop in self._loops if loop[0] > number] + [last])
@@ -65,22 +76,22 @@ class _Arrangement:
             rungs, lambda rung: (self._guard(rung), sum(label <= rung for label in arrivals))
         ):
             numbers = list(some)
-            at = self._parts[numbers[0]][0].at
             for variable in self._arrived(numbers[0]):
-                yield Line(f"{indent}{variable} := FALSE;", at)
+                yield self._line(f"{indent}{variable} := FALSE;", numbers[0], "jumps")
+            jump = f"jump over {self._titles(numbers[0], numbers[-1])}"
             inside = indent
             texts = [line.text for number in numbers for line in self._parts[number]]
             if not without_comments("\n".join(texts)).strip():
                 guard = ()  # an IF without statements is not legal
             if guard:
                 text = guard[0] if len(guard) == 1 else f"({' OR '.join(guard)})"
-                yield Line(f"{indent}IF NOT {text} THEN", at)
+                yield self._line(f"{indent}IF NOT {text} THEN", numbers[0], jump)
                 inside += _INDENT
             for number in numbers:
                 for line in self._parts[number]:
                     yield replace(line, text=inside + line.text[len(_INDENT) :])
             if guard:
-                yield Line(f"{indent}END_IF;", self._parts[numbers[-1]][0].at)
+                yield self._line(f"{indent}END_IF;", numbers[-1], jump)
 
     def _guard(self, rung: int) -> tuple[str, ...]:
         """Return the variables of the jumps that skip a rung."""

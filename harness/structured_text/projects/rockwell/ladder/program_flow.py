@@ -5,13 +5,18 @@ A jump becomes a variable: forward it guards the rungs up to the label, backward
 
 from __future__ import annotations
 
+import re
+
 from structured_text.projects.rockwell.data import First
+from structured_text.projects.rockwell.expression_reader import bare
 from structured_text.projects.rockwell.ladder.call import Body, Call, Entry, Jump
 from structured_text.projects.rockwell.ladder.power import FALSE
 from structured_text.projects.rockwell.subroutines import jump_of, received_by, returned_by
 
 __all__ = ["END_OF_ROUTINE", "PROGRAM_FLOW"]
 
+#: Matches a whole number, as `number` of an operand gives it.
+_LITERAL = re.compile(r"\(?-?\d+\)?")
 #: The label behind the last rung.
 END_OF_ROUTINE = "(end)"
 
@@ -68,6 +73,46 @@ def _jsr(call: Call) -> None:
     call.body.first.append(First(routine=call.raw(0).upper()))
 
 
+def _for(call: Call) -> None:
+    """Execute a routine for each value of an index; BRK in the routine ends this."""
+    body = call.body
+    operands = (call.raw(0), "0")
+    jump = jump_of(operands, call.instruction.at, body.routine)
+    index, data = call.tag(1)
+    start = call.assigned(1, call.number(2))
+    step, kind = call.number(4)
+    reader = call.operand(1)
+    here = reader.read(index, data)
+    last = call.number(3)
+    more, less = (bare(reader.calculated(here, sign, last)[0]) for sign in ("<=", ">="))
+    if _LITERAL.fullmatch(step):
+        if not int(bare(step)):
+            raise call.error("the step of FOR is 0", "write another step")
+        again = more if int(bare(step)) > 0 else less
+    else:
+        zero = "0.0" if kind in ("REAL", "LREAL") else "0"
+        again = f"({step} > {zero} AND {more} OR {step} < {zero} AND {less})"
+    stopped = body.variable("Break", kept=True)
+    call.when(
+        f"{stopped} := FALSE;",
+        start,
+        f"WHILE {again} AND NOT {stopped} DO",
+        f"  {jump}",
+        f"  IF NOT {stopped} THEN",
+        f"    {call.assigned(1, reader.calculated(here, '+', (step, kind)))}",
+        "  END_IF;",
+        "END_WHILE;",
+        f"{stopped} := FALSE;",
+        anything=True,
+    )
+    call.body.first.append(First(routine=call.raw(0).upper()))
+
+
+def _brk(call: Call) -> None:
+    call.when(f"{call.body.variable('Break', kept=True)} := TRUE;")
+    _leave(call)
+
+
 def _mcr(call: Call) -> None:
     """Begin or end a zone: without power at its begin, its rungs have no power."""
     body = call.body
@@ -79,6 +124,7 @@ def _mcr(call: Call) -> None:
     body.zone = zone
 
 
+_FOR = ("Routine Name", "Index", "Initial Value", "Terminal Value", "Step Size")
 PROGRAM_FLOW = (
     Entry("AFI", (), _afi, "1756-RM003, AFI"),
     Entry("NOP", (), _nothing, "1756-RM003, NOP"),
@@ -88,5 +134,7 @@ PROGRAM_FLOW = (
     Entry("SBR", (), _sbr, "1756-RM003, JSR, SBR, RET", optional=-1),
     Entry("RET", (), _ret, "1756-RM003, JSR, SBR, RET", optional=-1),
     Entry("TND", (), _leave, "1756-RM003, TND"),
+    Entry("FOR", _FOR, _for, "1756-RM003, FOR and BRK"),
+    Entry("BRK", (), _brk, "1756-RM003, FOR and BRK"),
     Entry("MCR", (), _mcr, "1756-RM003, MCR"),
 )

@@ -82,7 +82,10 @@ def _dint(call: Call, number: int) -> str:
 
 
 def _bits(call: Call, number: int) -> str:
-    return f"DINT_TO_DWORD({bare(_dint(call, number))})"
+    text = bare(_dint(call, number))
+    if text.lstrip("-").isdigit():
+        return call.operand(number).bits((text, "DINT"))[0]
+    return f"DINT_TO_DWORD({text})"
 
 
 def _sqo_prescan(call: Call) -> Iterator[str]:

@@ -40,7 +40,7 @@ def diagram_of(routine: Routine, types: Types) -> Diagram:
         _element(node, wires.get(node.id, []), outputs.get(node.id, {}), types)
         for node in routine.nodes
     )
-    return Diagram("FBD", networks, elements, by_position=False)
+    return Diagram("SHEETS", networks, elements, by_position=False)
 
 
 def _element(node: Node, wires: list[Wire], outputs: Mapping[str, str], types: Types) -> Element:

@@ -5,7 +5,6 @@ Source: Rockwell 1756-RM084, function block diagram routines: FBDContent, Sheet 
 
 from __future__ import annotations
 
-import re
 from collections.abc import Callable, Iterator, Mapping
 
 from structured_text.projects.rockwell.ladder.model import LadderError
@@ -19,13 +18,12 @@ from structured_text.projects.rockwell.sheets.model import (
 )
 from structured_text.projects.xml import Element
 
-__all__ = ["drawn_in", "members_in_sheets", "read_sheets"]
+__all__ = ["drawn_in", "enables_in", "read_sheets"]
 
 _REFERENCES = ("IRef", "ORef", "ICon", "OCon")
 _WIRES = ("Wire", "FeedbackWire")
 _IGNORED = ("TextBox", "Attachment", "Description", "CustomProperties")
 _ENABLE = frozenset(("ENABLEIN", "ENABLEOUT"))
-_MEMBER = re.compile(r"\.\s*([^\W\d]\w*)")
 #: Forms of a routine that are not in the controller's program before the edits are accepted.
 _EDITS = ("Pending", "Test", "PendingEdits", "TestEdits")
 
@@ -50,16 +48,12 @@ def drawn_in(routine: Element, content: str, note: Callable[[str, Element], None
     return found
 
 
-def members_in_sheets(root: Element) -> set[str]:
-    """Return the members that references name and EnableIn or EnableOut where they matter.
+def enables_in(root: Element) -> set[str]:
+    """Return EnableIn and EnableOut in upper case if they matter in a file.
 
     They matter if a wire leads to them or from them, or if the data of a tag disable a block.
     """
-    found = {
-        member.upper()
-        for one in root.below("IRef", "ORef")
-        for member in _MEMBER.findall(one.get("Operand"))
-    }
+    found: set[str] = set()
     for one in root.below(*_WIRES):
         found |= {one.get(name).upper() for name in ("FromParam", "ToParam")} & _ENABLE
     for one in root.below("DataValueMember"):

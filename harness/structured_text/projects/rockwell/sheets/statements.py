@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import ChainMap
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 
@@ -47,12 +48,15 @@ class Blocks:
     latched: dict[str, str] = field(default_factory=dict)
     kinds: dict[str, Data] = field(default_factory=dict)
 
+    def __post_init__(self) -> None:
+        tags = ChainMap(self.kinds, dict(self.body.routine.tags))
+        self.scope = replace(self.body.routine, tags=tags)
+
     # --- values ---------------------------------------------------------------------------
 
     def reader(self, text: str, node: Node) -> OperandReader:
         """Return the reader of a text in the language of Logix, which may name the variables."""
-        tags = {**self.body.routine.tags, **self.kinds}
-        return OperandReader(text, node.at, replace(self.body.routine, tags=tags))
+        return OperandReader(text, node.at, self.scope)
 
     def add_variable(self, name: str, kind: str, *, kept: bool = False) -> str:
         """Return a new variable of the translation."""

@@ -63,7 +63,8 @@ class Structure:
         """Return the declaration."""
         if not self.body:
             members = "".join(
-                f"    {line}\n" for line in _declared(f"{self.inputs};{self.outputs}")
+                f"    {member} : {kind}{f' := {default}' if default else ''};\n"
+                for member, kind, default in self._members()
             )
             return f"TYPE {name} : STRUCT\n{members}  END_STRUCT;\nEND_TYPE"
         inputs = "".join(f"    {line}\n" for line in _declared(self.inputs))
@@ -109,6 +110,18 @@ def _joined(word: str, default: str) -> Structure:
     first, last = (f" {word} ".join(some) for some in (_EIGHT[:4], _EIGHT[4:]))
     body = f"  Out := {first}\n    {word} {last};\n"
     return Structure(f"{_IN} {inputs}", f"{_OUT} Out", body)
+
+
+def _captured(sign: str) -> Structure:
+    """Return the structure of MAXC or MINC. The first value is captured (assumed)."""
+    body = (
+        "  IF Reset THEN\n    Out := ResetValue;\n"
+        f"  ELSIF In {sign} Out OR NOT HasRun THEN\n    Out := In;\n  END_IF;\n"
+        "  HasRun := TRUE;\n"
+    )
+    inputs = f"{_IN} Reset;REAL In ResetValue"
+    others = "  VAR\n    HasRun : BOOL;\n  END_VAR\n"
+    return Structure(inputs, f"{_OUT};REAL Out", body, others, "    HasRun := FALSE;\n")
 
 
 _MATH = "REAL SourceA SourceB"
@@ -183,6 +196,16 @@ _SCALED = """\
   ELSE
     Out := (In - InRawMin) * ((InEUMax - InEUMin) / (InRawMax - InRawMin)) + InEUMin;
   END_IF;
+"""
+#: A field that is not inside of 32 bits keeps the output (assumed).
+_DISTRIBUTED = """\
+  IF SourceBit < 0 OR SourceBit > 31 OR DestBit < 0 OR DestBit > 31 OR Length < 1 OR Length > 32
+  THEN
+    RETURN;
+  END_IF;
+  Mask := SHL(SHR(DWORD#16#FFFFFFFF, 32 - Length), DestBit);
+  Field := SHL(SHR(DINT_TO_DWORD(Source), SourceBit), DestBit);
+  Dest := DWORD_TO_DINT(Field AND Mask OR DINT_TO_DWORD(Target) AND NOT Mask);
 """
 #: In is not finite only by a mistake of the program, so that this case is not computed.
 _AVERAGED = """\
@@ -361,6 +384,14 @@ STRUCTURES: dict[str, Structure] = {
         f"{_OUT} Out OutNot",
         "  Out := (Set OR Out) AND NOT Reset;\n  OutNot := NOT Out;\n",
     ),
+    "FBD_BIT_FIELD_DISTRIBUTE": Structure(
+        f"{_IN};DINT Source SourceBit Length=1 DestBit Target",
+        f"{_OUT};DINT Dest",
+        _DISTRIBUTED,
+        "  VAR\n    Mask, Field : DWORD;\n  END_VAR\n",
+    ),
+    "MAXIMUM_CAPTURE": _captured(">"),
+    "MINIMUM_CAPTURE": _captured("<"),
     "SELECT": Structure(
         f"{_IN};REAL In1 In2;BOOL SelectorIn",
         f"{_OUT};REAL Out",

@@ -82,20 +82,20 @@ def _with_outputs(order: Sequence[Node], graph: Graph, blocks: Blocks) -> list[N
     """
     outputs = graph.outputs()
     targets = {node.id: _named(node, blocks.paths) for node in outputs}
-    written = [_named(node, blocks.written) for node in order]
     places = {node.id: place for place, node in enumerate(order)}
+    written = _Written()
+    for node in outputs:
+        written.add(targets[node.id], len(order))
+    for place, node in enumerate(order):
+        written.add(_named(node, blocks.written), place)
     behind: dict[str, list[Node]] = {}
     last = []
     for node in outputs:
-        place = next((places.get(feed.node.id) for _, feed in graph.inputs(node)), None)
-        others = [paths for key, paths in targets.items() if key != node.id]
-        later: list[frozenset[Path] | None] = [*(written[place:] if place is not None else ())]
-        if place is None or any(
-            paths is None or meet(targets[node.id], paths) for paths in (*later, *others)
-        ):
+        own = next((places.get(feed.node.id) for _, feed in graph.inputs(node)), None)
+        if own is None or written.meets(targets[node.id], own, own=True):
             last.append(node)
         else:
-            behind.setdefault(order[place].id, []).append(node)
+            behind.setdefault(order[own].id, []).append(node)
     found: list[Node] = []
     for node in order:
         found += [node, *behind.get(node.id, ())]
@@ -105,22 +105,51 @@ def _with_outputs(order: Sequence[Node], graph: Graph, blocks: Blocks) -> list[N
 def _changing(order: Iterable[Node], graph: Graph, blocks: Blocks) -> list[Node]:
     """Return the input references whose tags may be written before their last use."""
     found: dict[str, Node] = {}
-    written: set[Path] = set()
-    anything = False
-    for node in order:
+    written = _Written()
+    for place, node in enumerate(order):
         is_output = node.kind == "ORef"
         own = _named(node, blocks.paths if is_output else blocks.written)
+        if not is_output:  # a block with a structure of data assigns its inputs one by one
+            written.add(own if own is not None else (), place)
         for _, feed in graph.inputs(node):
             source = feed.node
             if source.kind != "IRef" or source.id in found:
                 continue
-            # A block with a structure of data assigns its inputs one after the other.
-            before = written if is_output else {*written, *(own or ())}
-            if anything or meet(_named(source, blocks.paths), before):
+            if written.meets(_named(source, blocks.paths), 0):
                 found[source.id] = source
-        anything = anything or own is None
-        written |= own or frozenset()
+        written.add(own, place)
     return list(found.values())
+
+
+class _Written:
+    """The tags that elements write, by their names, each with the place of the element."""
+
+    def __init__(self) -> None:
+        self._paths: dict[str, dict[Path, list[int]]] = {}
+        #: The place of the last element that may write any tag.
+        self._anything = -1
+
+    def add(self, paths: Iterable[Path] | None, place: int) -> None:
+        """Add the tags that an element writes; None for any tag."""
+        if paths is None:
+            self._anything = place
+            return
+        for path in paths:
+            self._paths.setdefault(path[0], {}).setdefault(path, []).append(place)
+
+    def meets(self, paths: Iterable[Path], first: int, *, own: bool = False) -> bool:
+        """Return whether an element from a place on may write one of some tags.
+
+        If `own` is true, the tags are in the table themselves, once.
+        """
+        if self._anything >= first:
+            return True
+        for path in paths:
+            known = self._paths.get(path[0], {})
+            places = [place for other in known if meet((path,), (other,)) for place in known[other]]
+            if sum(place >= first for place in places) > own:
+                return True
+        return False
 
 
 def _with_headings(made: Iterable[tuple[Node, list[str]]], routine: Routine) -> Iterator[Line]:

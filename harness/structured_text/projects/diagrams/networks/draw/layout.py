@@ -48,7 +48,7 @@ def layout(diagram: Diagram, network: int, state: State | None = None) -> Drawin
 
 
 def _heading(diagram: Diagram, number: int) -> tuple[str, ...]:
-    word = "Rung" if diagram.language == "RLL" else "Network"
+    word = diagram.word.capitalize()
     for network in diagram.networks:
         if network.number == number:
             lines = wrapped(

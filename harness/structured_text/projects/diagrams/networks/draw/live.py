@@ -32,7 +32,9 @@ from structured_text.projects.diagrams.networks.model import (
 __all__ = ["Found", "LiveNetwork", "edges_of", "live_network"]
 
 #: The call of the trigger that the translation of a network has for a contact with an edge.
-_TRIGGER = re.compile(r"\s*(Rcx(Rising|Falling)\w*)\(CLK := (.+)\);")
+_TRIGGER = re.compile(r"\s*(\w*?(Rising|Falling)\w*)\(CLK := (.+)\);")
+_COMPARISON = re.compile(r"\(?([^()\s]+) (=|<>|<=|>=|<|>) ([^()\s]+)\)?")
+_NAMES = {"=": "EQ", "<>": "NE", "<=": "LE", ">=": "GE", "<": "LT", ">": "GT"}
 _INTEGER = re.compile(r"[-+]?\d{1,15}")
 _LITERAL = re.compile(r"[-+]?\d|['\"]|\w+#")
 _TRUTH = {"TRUE": True, "FALSE": False, "BOOL#TRUE": True, "BOOL#FALSE": False}
@@ -42,6 +44,12 @@ _TRUTH |= {"BOOL#1": True, "BOOL#0": False}
 def _constant(text: str) -> int | None:
     """Return the value of an integer literal; None for any other text."""
     return int(text) if _INTEGER.fullmatch(text.strip()) else None
+
+
+def _is_condition(block: Block) -> bool:
+    """Return whether an instruction of Logix became a condition, and not statements."""
+    text = block.translation
+    return bool(text) and "?" not in text and not text.endswith((";", " THEN", " DO"))
 
 
 def edges_of(lines: Iterable[Line]) -> dict[tuple[str, str], str]:
@@ -97,8 +105,9 @@ def live_network(
     made = LiveNetwork(diagram, number, find, edges)
     heading = [entry for entry in diagram.networks if entry.number == number]
     title = heading[0].title if heading else ""
+    word = diagram.word.capitalize()
     return {
-        "title": f"Network {number}{': ' if title else ''}{title}",
+        "title": f"{word} {number}{': ' if title else ''}{title}",
         "comment": heading[0].comment if heading else "",
         "svg": live_svg(
             diagram, number, dict.fromkeys(made.values(), VALUE), width=width, name=name
@@ -130,6 +139,7 @@ class LiveNetwork:
     ) -> None:
         self._find, self._edges = find, edges
         self.paths: dict[str, None] = {}
+        self._is_logix = diagram.language == "RLL"
         self._all = {element.id: element for element in diagram.elements}
         self._own = [element for element in diagram.elements if element.network == number]
         self._plain = self._numbers()
@@ -208,6 +218,8 @@ class LiveNetwork:
         ]
 
     def _kind(self, element: Element) -> str:
+        if isinstance(element, Block) and self._is_logix:
+            return self._instruction_kind(element)
         kinds: dict[type, str] = {Contact: "contact", Coil: "coil", Block: "block"}
         kinds |= {InVariable: "read", OutVariable: "write"}
         kinds |= {Connector: "connector", Continuation: "continuation"}
@@ -230,7 +242,8 @@ class LiveNetwork:
         if isinstance(element, Contact):
             return self._contact(element)
         if isinstance(element, Coil):
-            more = {"name": self._path(element.variable), "negated": element.negated}
+            target = element.translation.partition(" := ")[0] or element.variable
+            more = {"name": self._path(target), "negated": element.negated}
             return more | {"stores": bool(element.storage or element.edge)}
         if isinstance(element, InVariable):
             text = element.expression
@@ -246,14 +259,14 @@ class LiveNetwork:
             more = {"name": self._path(element.expression), "negated": False}
             return more | {"number": self._is_number(element.expression)}
         if isinstance(element, Block):
-            return self._block(element)
+            return self._instruction(element) if self._is_logix else self._block(element)
         if isinstance(element, (Connector, Continuation)):
             return {"line": element.name.upper()}
         return {}
 
     def _contact(self, element: Contact) -> dict[str, Any]:
         """Return what a contact tests. The edge of a negated contact differs between tools."""
-        name = self._path(element.variable)
+        name = self._path(element.translation or element.variable)
         tests = name
         if element.edge:
             edge = self._edges.get((element.variable.strip().upper(), element.edge))
@@ -268,6 +281,27 @@ class LiveNetwork:
             entry = {"pin": output.name, "name": path, "negated": output.negated}
             outputs.append(entry | {"number": end in self._plain})
         return {"type": "" if element.instance else element.type.upper(), "out": outputs}
+
+    # --- instructions of Logix: boxes that pass power if a condition holds, or always ---
+
+    def _instruction_kind(self, element: Block) -> str:
+        if _is_condition(element):
+            return "contact"
+        # An Add-On Instruction decides itself, and ONS passes power for one scan.
+        return "end" if element.instance or element.type == "ONS" else "coil"
+
+    def _instruction(self, element: Block) -> dict[str, Any]:
+        if not _is_condition(element):
+            return {"negated": False, "stores": True}
+        tests = self._path(element.translation)
+        match = None if tests else _COMPARISON.fullmatch(element.translation)
+        compare = (
+            [_NAMES[match[2]], self._operand(match[1]), self._operand(match[3])] if match else None
+        )
+        return {"tests": tests, "negated": False, "compare": compare}
+
+    def _operand(self, text: str) -> dict[str, Any]:
+        return {"name": self._path(text), "constant": _constant(text)}
 
     def _path(self, text: str) -> str | None:
         variable = self._find(text)

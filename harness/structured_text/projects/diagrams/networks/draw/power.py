@@ -63,8 +63,10 @@ class _Power:
         if element.get("number"):
             return None
         if kind == "contact":
-            tested = _turned(self._known(element["tests"]), element)
-            return _and([self._input(element["in"][0]), tested])
+            tested = self._known(element["tests"])
+            if element.get("compare"):
+                tested = self._compared(*element["compare"])
+            return _and([self._input(element["in"][0]), _turned(tested, element)])
         if kind == "coil":
             # Tools differ in what several lines at a coil mean for an element behind it.
             several = len(element["in"][0]["from"]) > 1
@@ -103,11 +105,11 @@ class _Power:
         """Return the result of a Boolean operator, or of a comparison of integers."""
         if element["type"] in _OPERATORS:
             return _OPERATORS[element["type"]]([self._input(given) for given in inputs])
-        compare = _COMPARISONS.get(element["type"])
-        numbers = [self._number(given) for given in inputs]
-        if compare is None or None in numbers:
-            return None
-        return all(compare(first, second) for first, second in pairwise(numbers))
+        return _all(element["type"], [self._number(given) for given in inputs])
+
+    def _compared(self, kind: str, *operands: Mapping[str, Any]) -> _State:
+        """Return the result of a comparison that is a condition of its own."""
+        return _all(kind, [self._integer(operand) for operand in operands])
 
     def _number(self, given: Mapping[str, Any]) -> int | None:
         """Return the integer at a pin; None if it is not known."""
@@ -116,10 +118,14 @@ class _Power:
             return constant
         ident, pin = given["from"][0]
         source = self._elements.get(ident, {})
-        outputs = [out["name"] for out in source.get("out", ()) if out["pin"] == pin]
-        if source.get("constant") is not None:
-            return int(source["constant"])
-        found = self._value_at(outputs[0] if outputs else source.get("name"))
+        outputs = [out for out in source.get("out", ()) if out["pin"] == pin]
+        return self._integer(outputs[0] if outputs else source)
+
+    def _integer(self, part: Mapping[str, Any]) -> int | None:
+        """Return a constant, or the value of a variable if it is an integer."""
+        if part.get("constant") is not None:
+            return int(part["constant"])
+        found = self._value_at(part.get("name"))
         return found if isinstance(found, int) and not isinstance(found, bool) else None
 
     def _input(self, given: Mapping[str, Any]) -> _State:
@@ -142,6 +148,14 @@ class _Power:
             for given in other["in"]
             for end in given["from"]
         )
+
+
+def _all(kind: str, numbers: Sequence[int | None]) -> _State:
+    """Return whether a comparison holds for each pair of neighbours."""
+    compare = _COMPARISONS.get(kind)
+    if compare is None or None in numbers:
+        return None
+    return all(compare(first, second) for first, second in pairwise(numbers))
 
 
 def _not(state: _State) -> _State:

@@ -3,12 +3,23 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from typing import Any
 from xml.etree import ElementTree
 
 from network_elements import block, coil, contact, from_, ladder, plan, read, written
 from structured_text.projects.diagrams.networks.draw.live import Found, live_network
-from structured_text.projects.diagrams.networks.model import Diagram
+from structured_text.projects.diagrams.networks.draw.power import power_of
+from structured_text.projects.diagrams.networks.model import (
+    Block,
+    Coil,
+    Contact,
+    Diagram,
+    Element,
+    Network,
+    Output,
+    Rail,
+)
 
 _VARIABLES = {
     "Start": Found("Main.Start", True, True),
@@ -98,3 +109,59 @@ def test_each_line_names_the_outputs_that_it_comes_from() -> None:
         ("B", '"2"'),
         ("Q", '"3"'),
     ]
+
+
+def _rung(*elements: Element) -> dict[str, Any]:
+    return _entry(Diagram("RLL", (Network(1),), (Rail("0"), *elements), False))
+
+
+def test_a_rung_of_logix_uses_the_names_of_its_translation() -> None:
+    entry = _rung(
+        Contact("1", variable="Local:1:I.0", input=from_("0"), translation="Start"),
+        Coil("2", variable="Local:2:O.0", input=from_("1"), translation="Motor := ?;"),
+    )
+    assert entry["title"] == "Rung 1"
+    assert [element["name"] for element in entry["elements"]] == ["Main.Start", "Main.Motor"]
+
+
+def test_an_instruction_of_logix_passes_power_or_tests_something() -> None:
+    """ONS passes power for one scan only, and an Add-On Instruction as it likes."""
+    made = {
+        "EQU": "(Level = 5)",
+        "LIM": "(1 <= Level OR Level <= 9)",
+        "XIC": "Start",
+        "MOV": "Level := 5;",
+        "TON": "L5X_TON(Timer := Timer, Power := ?);",
+        "ONS": "Level.0 := ?;",
+    }
+    boxes = [
+        Block(name, type=name, inputs=(from_("0"),), outputs=(Output(),), translation=text)
+        for name, text in made.items()
+    ]
+    own = replace(boxes[0], id="Own", type="Own", instance="Own", translation="Own();")
+    entry = _rung(*boxes, own)
+    kinds = {element["id"]: element["kind"] for element in entry["elements"]}
+    assert kinds == {
+        "EQU": "contact",
+        "LIM": "contact",
+        "XIC": "contact",
+        "MOV": "coil",
+        "TON": "coil",
+        "ONS": "end",
+        "Own": "end",
+    }
+    assert _of(entry, "EQU")["compare"] == [
+        "EQ",
+        {"name": "Main.Level", "constant": None},
+        {"name": None, "constant": 5},
+    ]
+    assert (_of(entry, "LIM")["tests"], _of(entry, "LIM")["compare"]) == (None, None)
+    assert _of(entry, "XIC")["tests"] == "Main.Start"
+    found: dict[str, object] = {"Main.Start": True, "Main.Level": 5}
+    assert power_of(entry["elements"], found.get) == {
+        "EQU": True,
+        "XIC": True,
+        "MOV": True,
+        "TON": True,
+    }
+    assert power_of(entry["elements"], {"Main.Level": 6}.get)["EQU"] is False

@@ -1,0 +1,1 @@
+"""Sequential Function Charts of Logix, and their translation to Structured Text."""
