@@ -76,8 +76,10 @@ class Documents:
 
         Extracts of project files are returned unchanged: they are made of the shown text already.
         """
-        if getattr(file, "lines", None) is not None:
+        if not self._texts or getattr(file, "lines", None) is not None:
             return file
+        if file.name not in {key.name for key in self._texts}:
+            return file  # the paths of a large project are not resolved again for each change
         key = real(file)
         text = self._texts.get(key)
         if text is None:

@@ -25,11 +25,14 @@ from structured_text.editor.features.references import highlights, references
 from structured_text.editor.features.rename import prepare, rename
 from structured_text.editor.features.signature import TRIGGERS, signature
 from structured_text.editor.features.tokens import LEGEND, tokens
+from structured_text.editor.format.formatter import formatted
 from structured_text.editor.index import Index
 from structured_text.editor.names import Definition, spec_name
 from structured_text.editor.programs import Program, Programs
 from structured_text.errors import InputError
 from structured_text.output.paths import real
+from structured_text.projects.diagrams.sfc.model import has_chart
+from structured_text.projects.formats import is_project
 
 __all__ = ["Requests"]
 
@@ -87,6 +90,7 @@ class Requests:
             self._fixes,
             types.CodeActionOptions([types.CodeActionKind.QuickFix]),
         )
+        on(types.TEXT_DOCUMENT_FORMATTING, self._formatted)
         on(types.TEXT_DOCUMENT_CODE_LENS, self._lenses, types.CodeLensOptions())
 
     def _on(self, method: str, work: Callable[[Any], Any], options: Any = None) -> None:
@@ -171,6 +175,21 @@ class Requests:
             )
             for one in fixes
         ]
+
+    def _formatted(self, given: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
+        """Return the edit that `rcx format` would make; raise InputError on a mistake in the text.
+
+        Projects of tools, and files with a Sequential Function Chart, are not formatted.
+        """
+        path = to_fs_path(given.text_document.uri)
+        if not path:
+            return None
+        text = self._server.programs.documents.text(Path(path))
+        if is_project(Path(path)) or has_chart(text):
+            return None
+        new = formatted(text, Path(path))
+        whole = types.Range(types.Position(0, 0), types.Position(text.count("\n") + 1, 0))
+        return [] if new == text else [types.TextEdit(whole, new)]
 
     def _lenses(self, given: types.CodeLensParams) -> list[types.CodeLens] | None:
         path = to_fs_path(given.text_document.uri)

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from lsp_client import LspClient
+from lsp_client import LspClient, LspError
 from structured_text.editor.extras import Plain
 from structured_text.editor.server import Server
 
@@ -137,6 +137,18 @@ def test_a_wrong_setting_is_a_message(folder: Path, settings: dict[str, object],
     message = client.wait(lambda one: one.get("method") == "window/showMessage")
     assert message["params"]["message"].startswith(text)
     client.close()
+
+
+def test_a_document_is_formatted_as_by_the_command(client: LspClient, folder: Path) -> None:
+    main = folder / "Main.st"
+    text = "PROGRAM Main\n  VAR\n    Count : INT;\n  END_VAR\n\n  Count:=Count+1;\nEND_PROGRAM\n"
+    client.open(main, text)
+    (edit,) = client.ask("formatting", main, options={"tabSize": 2, "insertSpaces": True})
+    assert edit["newText"] == text.replace("Count:=Count+1", "Count := Count + 1")
+    with_mistake = text.replace("END_VAR", "")
+    client.change(main, with_mistake)
+    with pytest.raises(LspError, match="END_VAR"):
+        client.ask("formatting", main, options={"tabSize": 2, "insertSpaces": True})
 
 
 POU = """\
