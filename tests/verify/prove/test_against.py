@@ -93,7 +93,8 @@ EQUAL = [
         "unrolled_loop",
         "JogPanel",
         {
-            "    Shown := Position.Pulses;\n": "".join(
+            "    FOR Number := 1 TO 6 DO\n      Shown[Number] := Position.Pulses[Number];\n"
+            "    END_FOR;\n": "".join(
                 f"    Shown[{axis}] := Position.Pulses[{axis}];\n" for axis in range(1, 7)
             )
         },
@@ -148,8 +149,9 @@ DIFFERENT = [
     ),
     Change(
         "initial_value",
-        "GeneralIo",
-        {"WORD := WORD#16#0200;": "WORD := WORD#16#0201;"},
+        "Conveyor",
+        {"Granted    : BOOL;": "Granted : BOOL := TRUE;"},
+        outputs=("Main.Granted",),
     ),
     Change(
         "greater_or_equal",
@@ -205,7 +207,7 @@ _QUICK_DIFFERENT = ["swapped_operand", "missing_else", "initial_value"]
 
 def compared(change: Change, folder: Path) -> dict[str, Result]:
     """Make both versions of the example, and compare them."""
-    versions = []
+    versions: list[list[Path]] = []
     for title, edits in (("old", [change.old]), ("new", [change.old, change.new])):
         source = EXAMPLES / _HOMES[change.example]
         target = folder / title
@@ -221,9 +223,9 @@ def compared(change: Change, folder: Path) -> dict[str, Result]:
         file.write_text(text, encoding="utf-8")
         versions.append([target])
     wishes = Wishes(
-        outputs=change.outputs, related=dict(change.related), out=folder / "out", limit_s=60.0
+        outputs=change.outputs, related=dict(change.related), out=folder / "out", limit_s=30.0
     )
-    found = compare(Versions(*versions), wishes)
+    found = compare(Versions(versions[0], versions[1]), wishes)
     return {one.name: one for one in found.results}
 
 

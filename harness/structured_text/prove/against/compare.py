@@ -190,6 +190,10 @@ class _Comparing:
             self._try(lambda: self._induction(frozenset()))
         self._try(lambda: self._search(long, _SCANS, 0.5))
         self._try(lambda: self._search(short, _SCANS, 0.5))
+        for name in self._open if self._drawn else ():
+            one = self._results[name]
+            text = f"{self._drawn} random runs of {self._wishes.scans} scans show no difference"
+            self._results[name] = replace(one, note=f"{one.note}; {text}")
         results = list(self._results.values())
         inputs = [one.name for one in self._pair.inputs()]
         return Comparison(results, inputs, self._drawn)
