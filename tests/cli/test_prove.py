@@ -93,3 +93,99 @@ def test_a_missing_solver_is_reported_with_the_install_command(
         monkeypatch.delitem(sys.modules, name)
     assert main(["prove", str(lamp)]) == 2
     assert "pip install 'rcx-harness[prove]'" in capsys.readouterr().err
+
+
+PRESS = """PROGRAM Press
+  VAR
+    Guard : BOOL;
+    Count : INT;
+    Down AT %QX0.0 : BOOL;
+    Held : TON;
+  END_VAR
+  Held(IN := Guard, PT := T#20ms);
+  Count := Count + 1;
+  Down := {down};
+END_PROGRAM
+"""
+
+
+@pytest.fixture
+def press(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "old.st").write_text(PRESS.format(down="Guard AND Held.Q"))
+    return tmp_path / "new.st"
+
+
+AGAINST = ["prove", "new.st", "--against", "old.st", "--no-robot"]
+
+
+def test_a_version_with_the_same_outputs_ends_with_0(press: Path, capsys: Captured) -> None:
+    """Held.Q is TRUE only while Guard is, so Guard may stand in either order."""
+    press.write_text(PRESS.format(down="NOT (NOT Held.Q OR NOT Guard)"))
+    assert main([*AGAINST, "--json", "it.json"]) == 0
+    assert "Main.Down is the same" in capsys.readouterr().out
+    told = json.loads(Path("it.json").read_text())["properties"]
+    assert [(one["name"], one["status"]) for one in told] == [
+        ("Main.Down", "proved"),
+        ("stops", "proved"),
+    ]
+
+
+def test_a_difference_is_replayed_on_both_versions(press: Path, capsys: Captured) -> None:
+    """Guard alone turns Down on in the first scan; with the timer it takes two scans more."""
+    press.write_text(PRESS.format(down="Guard"))
+    assert main(AGAINST) == 1
+    said = capsys.readouterr().out
+    assert "refuted: Main.Down: after 1 scan of 10 ms: Main.Down is True, not False" in said
+    commands = [line.partition("rcx run ")[2] for line in said.splitlines() if "rcx run" in line]
+    assert [command.split()[0] for command in commands] == ["old.st", "new.st"]
+    for command, value in zip(commands, ("FALSE", "TRUE"), strict=True):
+        assert main(["run", *command.replace('"', "").split()]) == 0
+        assert f"Main.Down = {value}" in capsys.readouterr().out
+
+
+def test_the_outputs_that_count_are_chosen(press: Path, capsys: Captured) -> None:
+    """A count from 2 instead of 0 differs in the first scan: it is 3, not 1."""
+    text = PRESS.format(down="Guard AND Held.Q")
+    press.write_text(text.replace("Count : INT;", "Count : INT := 2;"))
+    assert main(AGAINST) == 0
+    capsys.readouterr()
+    assert main([*AGAINST, "--output", "main.*", "--except", "Main.C*"]) == 0
+    capsys.readouterr()
+    assert main([*AGAINST, "--output", "Main.Count"]) == 1
+    assert "after 1 scan of 10 ms: Main.Count is 3, not 1" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        (["--output", "Main.X*"], "--output Main.X*: no variable of the programs has this name"),
+        (["--except", "Main.*"], "the programs have no output to compare"),
+        (["--relate", "Main.Down"], "--relate Main.Down is not a pair"),
+        (["--relate", "Main.Q=Main.Down"], "Main of type Press has no member Q"),
+        (["--overflow"], "--overflow is not for --against"),
+        (["--json", "old.st"], "old.st: already exists and was not written by this command"),
+    ],
+)
+def test_a_wrong_comparison_ends_with_2(
+    press: Path, capsys: Captured, options: list[str], message: str
+) -> None:
+    press.write_text(PRESS.format(down="Guard"))
+    assert main([*AGAINST, *options]) == 2
+    assert message in capsys.readouterr().err
+
+
+def test_options_of_a_comparison_need_an_old_version(press: Path, capsys: Captured) -> None:
+    press.write_text(PRESS.format(down="Guard"))
+    assert main(["prove", "new.st", "--output", "Main.Down"]) == 2
+    assert "--output needs --against; name the old version" in capsys.readouterr().err
+
+
+def test_an_initial_value_that_no_program_writes_counts(press: Path, capsys: Captured) -> None:
+    """Nobody sets Limit, so its first value decides: 0 > -1 is TRUE, 0 > 5 is FALSE."""
+    text = PRESS.format(down="Held.ET > T#0s OR Limit < 0")
+    for name, limit in (("old.st", "5"), ("new.st", "-1")):
+        changed = text.replace("Count : INT;", f"Count : INT; Limit : INT := {limit};")
+        Path(name).write_text(changed)
+    assert main(AGAINST) == 1
+    assert "after 1 scan of 10 ms: Main.Down is True, not False" in capsys.readouterr().out

@@ -130,6 +130,7 @@ OPTION_PANELS = {
         "config_instance config_data heartbeat port address"
     ),
     "Output": "trace chart vcd view watch positions scale show",
+    "Comparison with an old version": "against output without relate drawn_runs drawn_seed",
     "Coverage": "coverage coverage_out coverage_library cover_fail_under",
     "Cluster": "cluster cluster_ca cluster_cert cluster_key cluster_plain",
 }

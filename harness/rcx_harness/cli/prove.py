@@ -6,7 +6,7 @@ import json
 import sys
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 from rich.console import Console
@@ -64,12 +64,34 @@ def prove(
         list[Path] | None,
         typer.Option(help="Not allowed, because a proof holds for every answer of the robot."),
     ] = None,
+    against: Annotated[
+        list[Path] | None,
+        typer.Option(help="Old version: prove that the outputs are the same. Repeatable."),
+    ] = None,
+    output: Annotated[
+        list[str] | None,
+        typer.Option(help="Output that counts with --against; * is allowed. Repeatable."),
+    ] = None,
+    without: Annotated[
+        list[str] | None,
+        typer.Option("--except", help="Output that does not count; * is allowed. Repeatable."),
+    ] = None,
+    relate: Annotated[
+        list[str] | None,
+        typer.Option(help="Renamed variable, as Main.New=Main.Old. Repeatable."),
+    ] = None,
+    drawn_runs: Annotated[
+        int, typer.Option("--runs", min=0, help="Random runs of both versions.")
+    ] = 20,
+    drawn_seed: Annotated[int, typer.Option("--seed", min=0, help="Seed of the random runs.")] = 1,
     json_file: JsonFile = None,
     junit: Junit = None,
 ) -> None:
     """Prove properties of a program for every run, every answer of the robot and every input.
 
     Arithmetic that may exceed the range of its type is noted.
+
+    With --against, prove that two versions of a program have the same outputs.
 
     Exit code: 0 if all is proved or noted, 1 if anything is refuted or unknown, 2 on bad input.
     """
@@ -82,10 +104,12 @@ def prove(
     for option, value in (("--limit", limit_us), ("--scan", scan_us)):
         if not value:
             raise InputError(f"{option} of 0 s is too short", hint=f"use {option} 10ms or longer")
+    wishes = _wishes(against, output, without, relate, overflow=overflow)
     replaced = replacements(replace)
     sources = source_files(list(files), lib, replaced, dialect, device)
-    written = JsonOutput(json_file, _BEGINNING, sources.all)
-    report = junit_file(junit, json_file, sources.all)
+    earlier = source_files(list(against), lib, None, dialect, device).all if against else []
+    written = JsonOutput(json_file, _BEGINNING, [*sources.all, *earlier])
+    report = junit_file(junit, json_file, [*sources.all, *earlier])
     try:
         from rcx_harness.verify.prove.user import Settings
         from rcx_harness.verify.prove.user import prove as prove_program
@@ -114,7 +138,26 @@ def prove(
             device=device,
         )
         with using(dialect):
-            results, inputs = prove_program(files, settings)
+            if against:
+                from rcx_harness.verify.prove.against import Versions, compare
+                from structured_text.prove.against.compare import Wishes
+
+                versions = Versions(
+                    against, files, lib, robot=not no_robot, replace=replaced, device=device
+                )
+                given = Wishes(
+                    **wishes,
+                    scan_us=scan_us,
+                    limit_s=limit_us / 1e6,
+                    out=out,
+                    runs=drawn_runs,
+                    seed=drawn_seed,
+                    tell=tell,
+                )
+                compared = compare(versions, given)
+                results, inputs = compared.results, compared.inputs
+            else:
+                results, inputs = prove_program(files, settings)
     report.write([properties_suite(results)])
     with written.apart():
         _print(results, [*inputs, *([] if no_robot else ["and the robot"])])
@@ -123,6 +166,31 @@ def prove(
     written.write(f'{_BEGINNING}{json.dumps(inputs)}, "properties": {rows}}}\n')
     if any(one.status not in _GOOD for one in results):
         raise typer.Exit(1)
+
+
+def _wishes(
+    against: list[Path] | None,
+    output: list[str] | None,
+    without: list[str] | None,
+    relate: list[str] | None,
+    *,
+    overflow: bool,
+) -> dict[str, Any]:
+    """Return the outputs and relations of a comparison, or raise InputError."""
+    for option, value in (("--output", output), ("--except", without), ("--relate", relate)):
+        if value and not against:
+            raise InputError(f"{option} needs --against", hint="name the old version")
+    if overflow and against:
+        raise InputError("--overflow is not for --against", hint="prove it without --against, too")
+    related = {}
+    for text in relate or ():
+        new, equals, old = text.partition("=")
+        if not (new and equals and old):
+            raise InputError(
+                f"--relate {text} is not a pair", hint="write --relate Main.New=Main.Old"
+            )
+        related[new] = old
+    return {"outputs": output or (), "without": without or (), "related": related}
 
 
 def _print(results: list[Result], inputs: list[str]) -> None:

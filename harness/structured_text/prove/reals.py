@@ -30,6 +30,7 @@ __all__ = [
     "cut",
     "fits",
     "from_integer",
+    "identical",
     "in_range",
     "negative",
     "root",
@@ -155,6 +156,18 @@ def choose(condition: Any, yes: Real, no: Real) -> Real:
         return Real(z3.If(condition, _double(yes), _double(no)), double=True)
     left, right = _bits(yes), _bits(no)
     return yes if left.eq(right) else Real(z3.If(condition, left, right))
+
+
+def identical(left: Real, right: Real) -> Bool:
+    """Return the condition that two numbers are the same: 0.0 is not -0.0, and NaN is NaN."""
+    if left.known and right.known:
+        return struct.pack("<d", left.value) == struct.pack("<d", right.value)
+    if left.double or right.double:
+        a, b = _double(left), _double(right)
+    else:
+        a, b = _bits(left), _bits(right)
+    # The equality of the solver; `==` on floating point terms is that of IEEE 754.
+    return True if a.eq(b) else z3.ExprRef.__eq__(a, b)
 
 
 def _is_nan(number: Real) -> Bool:

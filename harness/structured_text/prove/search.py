@@ -16,7 +16,14 @@ from structured_text.prove.summaries import literals, one_of
 from structured_text.prove.surroundings import Given, Surroundings
 from structured_text.prove.symbolic_memory import Path
 
-__all__ = ["Counterexample", "Search", "SearchEndedError", "value_of"]
+__all__ = [
+    "Counterexample",
+    "ScanInput",
+    "Search",
+    "SearchEndedError",
+    "is_temporary",
+    "value_of",
+]
 
 
 @dataclass(frozen=True)
