@@ -113,9 +113,10 @@ def _event(time: str, event: str, **more: Any) -> dict[str, Any]:
     return {"time": time, "robot": event, **more}
 
 
-_MOVE = "Move(Robot := Robot, Execute := ServoOn.Done, Point := 19,\n"
-    "       SpeedMode := SPEED_PERCENT, Speed := 50.0{more});"
-_ONE_MOVE = _MOVE.format(more="")
+_ONE_MOVE = (
+    "Move(Robot := Robot, Execute := ServoOn.Done, Point := 19,\n"
+    "       SpeedMode := SPEED_PERCENT, Speed := 50.0);"
+)
 _JOB = (
     "Begin(Robot := Robot, Execute := ServoOn.Done);\n"
     "  Call(Robot := Robot, InputImage := InputArea, OutputImage := OutputArea,\n"
