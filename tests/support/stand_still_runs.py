@@ -5,11 +5,10 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
-from stand_stills import StandStill
-
 from rcx_harness.cell import Cell
 from rcx_harness.cell.stimulus import Stimulus
 from rcx_harness.robot import RobotConfig
+from stand_stills import StandStill
 from structured_text.output.toml_files import toml_value
 
 __all__ = ["record"]
@@ -21,7 +20,9 @@ def record(planted: StandStill, folder: Path) -> Path:
     """Run the cell of a stand-still, and return its trace."""
     trace = folder / "trace.jsonl"
     stimulus = folder / "stimulus.toml"
-    stimulus.write_text("at = [\n" + "".join(f"  {_inline(at)},\n" for at in planted.moments()) + "]")
+    stimulus.write_text(
+        "at = [\n" + "".join(f"  {_inline(at)},\n" for at in planted.moments()) + "]"
+    )
     files, robots = _cell(planted, folder)
     cell = Cell.build(
         files,

@@ -12,9 +12,8 @@ from typing import Any
 __all__ = ["CELL", "STAND_STILLS", "StandStill", "cell_text"]
 
 #: Variables that show what each block does.
-WATCH = (
-    "Main.*,Main.*.Busy,Main.*.Active,Main.*.ErrorID"
-)
+WATCH = "Main.*,Main.*.Busy,Main.*.Active,Main.*.ErrorID"
+_OF_TWO = "Main.*,Main.*.*,Main.*.Lock.*,Main.*.*.Busy,Main.*.*.Active,Main.*.*.ErrorID"
 _SAFE = {"time": "100ms", "set": {"Main.CellSafe": True}}
 _START = [
     _SAFE,
@@ -69,9 +68,7 @@ def cell_text(
     margin: str = "",
 ) -> str:
     """Return the text of the program of our own."""
-    return CELL.format(
-        calls=calls, before=before, connected=connected, servo=servo, margin=margin
-    )
+    return CELL.format(calls=calls, before=before, connected=connected, servo=servo, margin=margin)
 
 
 @dataclass(frozen=True)
@@ -88,6 +85,7 @@ class StandStill:
         starts: Whether the operator starts the cell.
         length: How long the run is.
         controller: The controller of the last link.
+        alone: The last link that the areas alone show, if it is another.
         robot_program: A robot program instead of that of the example: (old, new) text.
     """
 
@@ -102,6 +100,7 @@ class StandStill:
     length: str = "3s"
     controller: int = 1
     robot_program: tuple[str, str] | None = None
+    alone: str = ""
 
     def moments(self) -> list[dict[str, Any]]:
         """Return the moments of the stimulus."""
@@ -122,12 +121,8 @@ _JOB = (
     "  Call(Robot := Robot, InputImage := InputArea, OutputImage := OutputArea,\n"
     "       Execute := Begin.Done, JobNumber := 1);"
 )
-_JOG = (
-    "Jog(Robot := Robot, Enable := ServoOn.Done, Timeout := T#0s);"
-)
-_MOVE_LATE = (
-    "Move(Robot := Robot, Execute := k > 200, Point := 19, Timeout := T#0s);"
-)
+_JOG = "Jog(Robot := Robot, Enable := ServoOn.Done, Timeout := T#0s);"
+_MOVE_LATE = "Move(Robot := Robot, Execute := k > 200, Point := 19, Timeout := T#0s);"
 _SLOW = (
     "Slow(Robot := Robot, Execute := ServoOn.Done, Point := 19, SpeedMode := SPEED_DIRECT,\n"
     "       Speed := 0.1, Timeout := T#0s);"
@@ -139,7 +134,12 @@ _NO_POINTS = "points.20.pulses = [0, 0, 0, 0]\n"
 STAND_STILLS = (
     StandStill("the cell is never safe, areas alone", "emergency-stop-input", safe=False, watch=""),
     StandStill("the cell is never safe", "emergency-stop-input", safe=False),
-    StandStill("the link is lost, areas alone", "link", watch="", at=[_event("600ms", "link_down")]),
+    StandStill(
+        "the link is lost, areas alone",
+        "link",
+        watch="",
+        at=[_event("600ms", "link_down")],
+    ),
     StandStill("the link is lost", "link", at=[_event("1200ms", "link_down")]),
     StandStill(
         "the link was lost for a time",
@@ -185,12 +185,17 @@ STAND_STILLS = (
         at=[{"time": "1500ms", "set": {"Main.CellSafe": False}}],
     ),
     StandStill("Start was not pressed", "not-requested", starts=False),
-    StandStill("Start was not pressed, areas alone", "not-requested", starts=False, watch=""),
+    StandStill("Start was not pressed, areas alone", "not-recorded", starts=False, watch=""),
     StandStill(
         "the PLC is in STOP", "plc-stopped", at=[{"time": "1200ms", "plc": "stop"}], watch=""
     ),
     StandStill("a point beyond the soft limits", "command-alarm", "04_pick_and_place", robot=_FAR),
-    StandStill("a point that is not defined", "command-alarm", "04_pick_and_place", robot=_NO_POINTS),
+    StandStill(
+        "a point that is not defined",
+        "command-alarm",
+        "04_pick_and_place",
+        robot=_NO_POINTS,
+    ),
     StandStill(
         "the box takes authority between two commands",
         "no-authority",
@@ -205,13 +210,17 @@ STAND_STILLS = (
         at=[_event("1s", "parallel_stop")],
         robot='parallel_io = "valid"\n' + _POINTS,
     ),
-    StandStill("the link is lost in a movement", "link", "04_pick_and_place",
-               at=[_event("2s", "link_down")]),
+    StandStill(
+        "the link is lost in a movement",
+        "link",
+        "04_pick_and_place",
+        at=[_event("2s", "link_down")],
+    ),
     StandStill(
         "another robot holds the area and has lost its link",
         "link",
         "12_two_robots",
-        watch="Main.*,Main.*.*,Main.*.Lock.*,Main.*.*.Busy,Main.*.*.Active,Main.*.*.ErrorID",
+        watch=_OF_TWO,
         starts=False,
         at=[
             {"time": "500ms", "set": {"Main.Key1.Start": True, "Main.Key2.Start": True}},
@@ -246,23 +255,30 @@ STAND_STILLS = (
         "out-of-place",
         cell_text(before="Move(Robot := Robot, Execute := Now, Point := 19);"),
     ),
-    StandStill("a block that is called twice", "called-twice",
-               cell_text(_ONE_MOVE + "\n" + _ONE_MOVE)),
+    StandStill(
+        "a block that is called twice", "called-twice", cell_text(_ONE_MOVE + "\n" + _ONE_MOVE)
+    ),
     StandStill(
         "a block in an IF",
         "not-called",
         cell_text("IF k < 100 OR k > 110 THEN " + _ONE_MOVE + " END_IF;"),
     ),
-    StandStill("a jog holds the channel", "channel-held", cell_text(_JOG + "\n  " + _MOVE_LATE),
-               length="4s"),
+    StandStill(
+        "a jog holds the channel",
+        "channel-held",
+        cell_text(_JOG + "\n  " + _MOVE_LATE),
+        alone="executes",
+        length="4s",
+    ),
     StandStill(
         "a command whose block is no longer called",
         "orphan",
         cell_text("IF k < 150 THEN " + _SLOW + " END_IF;\n  " + _MOVE_LATE),
+        alone="executes",
         length="4s",
     ),
     StandStill(
-        "an interval that is too short",
+        "an interval that is too short for the controller",
         "interval",
         cell_text(_ONE_MOVE, margin="Margin := T#0ms,"),
         robot="min_interval = 400\n",
@@ -280,24 +296,62 @@ STAND_STILLS = (
         cell_text("Begin(Robot := Robot, Execute := ServoOn.Done);"),
         at=[{"time": "0ms", "set": {"Main.NoStop": False}}],
     ),
-    StandStill("the servos are off", "servos-off",
-               cell_text(_ONE_MOVE.replace("ServoOn.Done", "Now"), servo="FALSE")),
-    StandStill("Execute never rises", "not-requested",
-               cell_text(_ONE_MOVE.replace("ServoOn.Done", "FALSE"))),
-    StandStill("Connected is not wired", "connected-pin",
-               cell_text(_ONE_MOVE, connected="FALSE")),
+    StandStill(
+        "the servos are off",
+        "servos-off",
+        cell_text(_ONE_MOVE.replace("ServoOn.Done", "Now"), servo="FALSE"),
+    ),
+    StandStill(
+        "Execute never rises",
+        "not-requested",
+        cell_text(_ONE_MOVE.replace("ServoOn.Done", "FALSE")),
+    ),
+    StandStill(
+        "Connected is not wired",
+        "connected-pin",
+        cell_text(_ONE_MOVE, connected="FALSE"),
+        alone="emergency-stop-input",
+    ),
     StandStill(
         "a block holds the emergency stop",
         "emergency-stop-input",
         cell_text(_ONE_MOVE + "\n  Halt(Robot := Robot, Execute := k > 100);"),
     ),
     StandStill(
-        "no return-to-origin",
-        "origin",
-        "04_pick_and_place",
-        robot="origin_complete = false\n" + _POINTS,
+        "a size that does not exist",
+        0x8030,
+        cell_text(_ONE_MOVE).replace("Size := 48, Connected", "Size := 40, Connected"),
+        alone="emergency-stop-input",
     ),
-    StandStill("the robot program never runs", "program-not-running", cell_text(
-        _JOB.replace("Begin.Done", "Now").replace("Execute := ServoOn.Done", "Execute := FALSE")),
-        robot='[[programs]]\nname = "MAIN"\nsteps = ["WAIT SI(20)=1"]\n', length="4s", watch=f"{WATCH},Main.Call"),
+    StandStill(
+        "a slow movement holds the channel",
+        "channel-held",
+        cell_text(_SLOW + "\n  " + _MOVE_LATE),
+        alone="executes",
+        length="4s",
+    ),
+    StandStill(
+        "another robot lost its link in the area, and the link is back",
+        "alarm",
+        "12_two_robots",
+        watch=_OF_TWO,
+        starts=False,
+        at=[
+            {"time": "500ms", "set": {"Main.Key1.Start": True, "Main.Key2.Start": True}},
+            _event("2300ms", "link_down", controller=2),
+            _event("3s", "link_up", controller=2),
+        ],
+        length="6s",
+        controller=2,
+    ),
+    StandStill(
+        "the robot program never runs",
+        "program-not-running",
+        cell_text(
+            _JOB.replace("Begin.Done", "Now").replace("Execute := ServoOn.Done", "Execute := FALSE")
+        ),
+        robot='[[programs]]\nname = "MAIN"\nsteps = ["WAIT SI(20)=1"]\n',
+        length="4s",
+        watch=f"{WATCH},Main.Call",
+    ),
 )

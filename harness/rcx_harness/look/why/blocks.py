@@ -57,16 +57,16 @@ class Latched:
     since_us: int | None
     block: str = ""
 
-    def steps(self) -> Iterator[Step]:
+    def steps(self, controller: int) -> Iterator[Step]:
         """Yield the steps from the variable to the block."""
         name = error_entry(self.value)["name"]
         shown = f"{format_word(self.value)} {name}"
         if self.block:
             text = f"{self.path} keeps {shown}, the error of {self.block}"
-            yield Step(text, self.path, self.since_us, "errors.md")
+            yield Step(text, self.path, self.since_us, "errors.md", controller)
         else:
             text = f"{self.path} is {shown}"
-            yield Step(text, self.path, self.since_us, "errors.md")
+            yield Step(text, self.path, self.since_us, "errors.md", controller)
 
 
 def latched_error(moment: Moment) -> Latched | None:
@@ -74,9 +74,9 @@ def latched_error(moment: Moment) -> Latched | None:
     found = []
     for path in moment.facts.paths():
         last = path.rpartition(".")[2].lower()
-        if _INNER in path or not any(name in last for name in _NAMES):
+        if not any(name in last for name in _NAMES) or not moment.is_own(path):
             continue
-        if not moment.is_own(path):
+        if _is_inside(moment, path):
             continue
         value = moment.value(path)
         if type(value) is int and error_entry(value)["name"]:
@@ -102,7 +102,7 @@ def _source(moment: Moment, error: Latched) -> str:
 def of_error(moment: Moment, error: Latched) -> Found:
     """Return the chain of an error: the condition if it is not met now, or who acknowledges."""
     found = _condition(moment, error)
-    return found.after(*error.steps())
+    return found.after(*error.steps(moment.controller))
 
 
 def _condition(moment: Moment, error: Latched) -> Found:
@@ -137,17 +137,15 @@ def _condition(moment: Moment, error: Latched) -> Found:
 def busy_block(moment: Moment) -> Found | None:
     """Return the chain of the block that waits, or that works; None if none is Busy."""
     busy = sorted(path.rpartition(".")[0] for path, value in moment.ends("Busy") if value is True)
-    busy = [path for path in busy if moment.is_own(path)]
+    busy = [path for path in busy if moment.is_own(path) and not _is_inside(moment, path)]
     leaves = [path for path in busy if not any(one.startswith(f"{path}.") for one in busy)]
-    leaves = [path for path in leaves if _INNER not in f"{path}."]
     waits = [path for path in leaves if moment.value(f"{path}.Active") is False]
     for path in (*waits, *leaves):
         if moment.value(f"{path}.Holds") is not None:
             if found := _area(moment, path):
                 return found
-        elif path in waits:
-            if found := _turn(moment, path):
-                return found
+        elif path in waits and (found := _turn(moment, path)):
+            return found
     for path in leaves:
         since = moment.since(f"{path}.Busy")
         active = moment.value(f"{path}.Active") is True
@@ -155,8 +153,22 @@ def busy_block(moment: Moment) -> Found | None:
         step = Step(text, f"{path}.Busy", since, "guide, 1.1", moment.controller)
         found = not_ready(moment) or request(moment) or running_command(moment)
         found = found or program_wait(moment) or _stands(moment, path)
-        return (found or of_moment(moment, "unknown")).after(step)
+        if found is None:
+            found = of_moment(moment, "executes" if _is_young(moment, since) else "unknown")
+        return found.after(step)
     return None
+
+
+def _is_young(moment: Moment, since: int | None) -> bool:
+    return moment.t_us is not None and since is not None and moment.t_us - since < SHORT_US
+
+
+def _is_inside(moment: Moment, path: str) -> bool:
+    """Return whether a variable belongs to the inside of a block of the library."""
+    names = path.split(".")
+    heads = (".".join(names[:number]) for number in range(2, len(names) + 1))
+    kinds = moment.facts.blocks
+    return _INNER in f"{path}." or any(kinds.get(head, "").startswith("FB_Rcx") for head in heads)
 
 
 def _stands(moment: Moment, path: str) -> Found | None:

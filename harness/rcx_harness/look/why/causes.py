@@ -61,6 +61,10 @@ _AUTHORITY = (
     "Release the control authority of the programming box, and end a safety setting that disables "
     "inputs and commands. Then give a new rising edge."
 )
+_LINK = (
+    "Check cable, scanner and the controller's power. When the link is back, acknowledge the fault "
+    "and start again: nothing restarts by itself."
+)
 _ALARM = (
     "Remove the cause that the programming box shows, then run FB_AlarmReset (SI(16)), and switch "
     "the servos on."
@@ -71,7 +75,7 @@ CAUSES: Mapping[str, Cause] = {
     for cause in (
         Cause("plc-stopped", "operator", "ch. 1, 5", 0, "Set the PLC to RUN."),
         Cause("controller-off", "operator", "ch. 1, 5", 0, "Switch the controller's power on."),
-        Cause("link", "operator", "ch. 1, 5.2", 0x8001),
+        Cause("link", "operator", "ch. 1, 5.2", 0, _LINK),
         Cause("connected-pin", "program", "scan-model.md", 0x8001),
         Cause("not-received", "operator", "ch. 5, 4", 0, "Check the scanner's outputs and n."),
         Cause("cpu", "operator", "ch. 5, 2", 0x8002),
@@ -88,17 +92,35 @@ CAUSES: Mapping[str, Cause] = {
         Cause("no-authority", "operator", "guide, 3", 0, _AUTHORITY),
         Cause("servos-off", "program", "ch. 5, 3.1", 0x800C),
         Cause("origin", "operator", "ch. 5, 2", 0x807B),
-        Cause("interval", "program", "ch. 5, 3", 0, "Set Interval to at least T#100ms and Margin "
-              "of FB_WriteArea to RPI + jitter + 5 ms, then give a new rising edge."),
+        Cause(
+            "interval",
+            "program",
+            "ch. 5, 3",
+            0,
+            "Set Interval to at least T#100ms and Margin "
+            "of FB_WriteArea to RPI + jitter + 5 ms, then give a new rising edge.",
+        ),
         Cause("program-not-running", "program", "ch. 5, 3.2", 0x8082),
         Cause(
             *("robot-program-waits", "robot program", "robot-language.md", 0),
             "Bring the condition of this line, or correct the line.",
         ),
-        Cause("channel-held", "program", "guide, 1.1", 0, "End the command that holds the channel: "
-              "set Execute or Enable of its block to FALSE, or use a Timeout."),
-        Cause("orphan", "program", "guide, 1.1", 0x8012, "Call the block of this command in every "
-              "scan until it is no longer Busy. The stop input SI(06) ends the command."),
+        Cause(
+            "channel-held",
+            "program",
+            "guide, 1.1",
+            0,
+            "End the command that holds the channel: "
+            "set Execute or Enable of its block to FALSE, or use a Timeout.",
+        ),
+        Cause(
+            "orphan",
+            "program",
+            "guide, 1.1",
+            0x8012,
+            "Call the block of this command in every "
+            "scan until it is no longer Busy. The stop input SI(06) ends the command.",
+        ),
         Cause("not-called", "program", "scan-model.md", 0x8013),
         Cause("called-twice", "program", "scan-model.md", 0x8016),
         Cause("out-of-place", "program", "scan-model.md", 0x8017),
@@ -106,19 +128,30 @@ CAUSES: Mapping[str, Cause] = {
         Cause("area-kept", "operator", "errors.md", 0x8079),
         Cause("command-alarm", "program", "guide, 1.2", 0x8020),
         Cause("error", "program", "errors.md", 0x8020),
-        Cause("acknowledge", "operator", "errors.md", 0, "Its cause has ended. Acknowledge the "
-              "fault in the PLC program (Reset), and start again."),
+        Cause(
+            "acknowledge",
+            "operator",
+            "errors.md",
+            0,
+            "Its cause has ended. Acknowledge the "
+            "fault in the PLC program (Reset), and start again.",
+        ),
         Cause("no-reset", "program", "guide, 1.2", 0, "Send the code 16#0000 (status reset)."),
         Cause("never-ready", "program", "guide, 1.2", 0x8015),
         Cause(
             *("executes", "nobody", "guide, 1.2", 0),
-            "Wait. The controller executes the command; nothing else holds it up.",
+            "Wait. A block or the controller works, and nothing holds it up.",
             stands=False,
         ),
         Cause(
             *("not-requested", "program", "", 0),
             "Nothing is requested. Press Start, or look for the condition in the program that "
             "gives Execute.",
+            stands=False,
+        ),
+        Cause(
+            *("not-recorded", "program", "", 0),
+            "The controller waits for the program. Record what its blocks wait for (see below).",
             stands=False,
         ),
         Cause("unknown", "", "", 0, "Record a trace with more variables (see below)."),

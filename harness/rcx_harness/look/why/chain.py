@@ -56,7 +56,7 @@ def _explain(moment: Moment) -> Found:
         found = of_error(moment, error)
         if hard is None or (found.cause in _PROGRAM and _before(error, hard)):
             return found
-        return hard if hard.steps == found.steps else hard.after(*error.steps())
+        return hard if hard.steps == found.steps else hard.after(*error.steps(moment.controller))
     waits = busy_block(moment)
     if waits is not None:
         return waits
@@ -67,7 +67,7 @@ def _explain(moment: Moment) -> Found:
 
 def _before(error: Latched, hard: Found) -> bool:
     since = hard.since_us
-    return error.since_us is not None and since is not None and error.since_us < since
+    return error.since_us is not None and since is not None and error.since_us <= since
 
 
 def _without_blocks(moment: Moment) -> Found:
@@ -83,4 +83,5 @@ def _without_blocks(moment: Moment) -> Found:
         return of_moment(moment, "unknown")
     since = moment.own_since("code")
     step = Step("no command is out and no dedicated input is requested", "code", since)
-    return of_moment(moment, "not-requested", step)
+    recorded = any(True for _ in moment.ends("Busy", "ErrorID"))
+    return of_moment(moment, "not-requested" if recorded else "not-recorded", step)

@@ -146,7 +146,9 @@ def emergency(moment: Moment) -> Found | None:
         return of_moment(moment, "unknown", shown)
     if sent:
         text = "SI(00) is ON, so another emergency stop is active: SAFETY connector or box"
-        found = of_moment(moment, "emergency-stop-robot", _signal(moment, "SI(00)", text, "ch. 5, 3.1"))
+        found = of_moment(
+            moment, "emergency-stop-robot", _signal(moment, "SI(00)", text, "ch. 5, 3.1")
+        )
         return found.after(shown._replace(controller=moment.controller))
     text = "the PLC holds SI(00) OFF" + _pin(moment, "EmergencyStopOk", "FB_EmergencyStop")
     found = of_moment(moment, "emergency-stop-input", _signal(moment, "SI(00)", text, "ch. 5, 3.1"))

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from rcx_harness.look.why.causes import Step, error_entry
 from rcx_harness.look.why.chain import Chain
-from rcx_harness.look.why.causes import error_entry
 from structured_text.output.units import format_word
 
 __all__ = ["HOW_TO_RECORD", "as_json", "lines"]
@@ -24,17 +24,19 @@ def lines(found: Sequence[Chain]) -> Iterable[str]:
         head = f"controller {chain.controller}: " if several else ""
         yield head + _headline(chain)
         for number, step in enumerate(chain.steps, 1):
-            since = "" if step.since_us is None else f" since {step.since_us / 1e6:.3f} s"
-            section = f"  [{step.section}]" if step.section else ""
             there = ""
             if step.controller != chain.controller:
                 there = f"controller {step.controller}: "
-            yield f"  {number}. {there}{step.text},{since}{section}".replace(",  [", "  [").rstrip(
-                ","
-            )
+            yield f"  {number}. {there}{step.text}{_since(step)}"
         yield f"To go on: {chain.to_go_on}"
-        if chain.cause.key == "unknown":
+        if chain.cause.key in ("unknown", "not-recorded"):
             yield HOW_TO_RECORD
+
+
+def _since(step: Step) -> str:
+    """Return the end of a step's line: since when, and the section."""
+    since = "" if step.since_us is None else f", since {step.since_us / 1e6:.3f} s"
+    return since + (f"  [{step.section}]" if step.section else "")
 
 
 def _headline(chain: Chain) -> str:

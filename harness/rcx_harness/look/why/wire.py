@@ -137,7 +137,9 @@ def abnormal_end(moment: Moment, until_us: int | None = None) -> Found | None:
 def _ended(moment: Moment, change: Change) -> Found:
     _, group, category = change.value
     at = moment if change.t_us is None else moment.earlier(change.t_us)
-    code = at.own("code") or 0
+    code = at.own("code")
+    if not code and change.t_us is not None:  # the PLC may have answered at the same time
+        code = moment.earlier(change.t_us - 1).own("code")
     alarm = f"{group}.{category}"
     name = alarm_name(alarm)
     text = f"{command_name(code) if code else 'the command'} ended with alarm {alarm}"
@@ -182,4 +184,3 @@ def _broken(moment: Moment, name: str, since: int) -> Step | None:
 def _is_young(moment: Moment, name: str) -> bool:
     since = moment.own_since(name)
     return moment.t_us is not None and since is not None and moment.t_us - since < SHORT_US
-
