@@ -94,6 +94,7 @@ PANELS = {
             "Judge a recording of a PLC and its controllers: who broke a rule of the wire, and "
             "when."
         ),
+        "why": "Explain why the robot stands: the chain of causes, and who has to act.",
         "eds": (
             "Write the virtual controller's electronic data sheet (EDS) for a PLC's "
             "configuration tool."
