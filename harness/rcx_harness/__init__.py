@@ -9,13 +9,14 @@ if TYPE_CHECKING:
 
     from rcx_harness.cell import Cell, CellTimeout
     from rcx_harness.robot import RobotConfig
-    from rcx_harness.verify.properties import always, eventually
+    from rcx_harness.verify.properties import always, eventually, sometimes
     from structured_text.errors import InputError
 
 __all__ = ["Cell", "CellTimeout", "InputError", "RobotConfig", "always", "eventually"]
+__all__ += ["sometimes"]
 
 _HOME = dict.fromkeys(("Cell", "CellTimeout"), f"{__name__}.cell")
-_HOME |= dict.fromkeys(("always", "eventually"), f"{__name__}.verify.properties")
+_HOME |= dict.fromkeys(("always", "eventually", "sometimes"), f"{__name__}.verify.properties")
 _HOME |= {"InputError": "structured_text.errors", "RobotConfig": f"{__name__}.robot"}
 
 

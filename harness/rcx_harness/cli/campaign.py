@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import hashlib
 import sys
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Annotated, Any
@@ -29,7 +29,7 @@ from structured_text.errors import InputError
 from structured_text.farm import ResultFile
 from structured_text.output.junit import JunitSuite
 
-__all__ = ["VerifyOptions", "campaign", "write_replay"]
+__all__ = ["CampaignOptions", "VerifyOptions", "campaign", "write_replay"]
 
 
 @dataclass(frozen=True)
@@ -80,6 +80,13 @@ class CampaignOptions(VerifyOptions):
         "out/campaign"
     )
     junit: Junit = None
+    guided: Annotated[
+        bool,
+        typer.Option(
+            "--guided",
+            help="Keep rare states, and branch from them; --seeds is the number of runs.",
+        ),
+    ] = False
 
 
 @with_options(CampaignOptions)
@@ -92,6 +99,11 @@ def campaign(options: CampaignOptions) -> None:
 
     Exit code: 0 if no seed fails, 1 if a seed fails, 2 on bad input.
     """
+    if options.guided:
+        from rcx_harness.cli.guided_runs import run_guided
+
+        run_guided(options)
+        return
     check_folder(options.out)
     read = [*options.files, *(options.robot or ()), *(options.properties or ())]
     junit = junit_file(options.junit, None, [*read, *filter(None, [options.stimulus])])
@@ -102,12 +114,12 @@ def campaign(options: CampaignOptions) -> None:
     cell.close()
     if cells.notice:
         print(cells.notice)
-    _say_what_is_missing(cells)
+    say_what_is_missing(cells)
     farm = options.farm(Console(stderr=True))
     kept = options.results(of, options.out)
     work, failing = Storms(of), dict[str, list[tuple[int, int]]]()
     ran = dict[int, Seed]()  # for the JUnit file only
-    total, reached = Seed({}, 0, 0, 0), set[Line]()
+    total, reached, goals = Seed({}, 0, 0, 0), set[Line](), set[str]()
     seeds = range(options.seed_from, options.seed_from + options.seeds)
     try:
         for seed, result in storms(farm, work, seeds, kept):
@@ -118,6 +130,7 @@ def campaign(options: CampaignOptions) -> None:
                 total.acts + result.acts,
             )
             reached.update(result.lines)
+            goals.update(result.reached)
             if junit.wanted:
                 ran[seed] = result
             for kind, (t_us, _) in result.failures.items():
@@ -132,15 +145,17 @@ def campaign(options: CampaignOptions) -> None:
     )
     for one in unreached_lines(cell, reached):
         print(one)
-    replays = _tell(options, cells, found)
+    never = tell_never(cells, goals)
+    replays = tell_classes(options, cells, found)
     cases = [seed_case(seed, one.virtual_us, one.failures, replays) for seed, one in ran.items()]
     junit.write([JunitSuite("campaign", cases, total.virtual_us / 1e6)], total.virtual_us / 1e6)
     junit.say()
-    if failing:
+    if failing or never:
         raise typer.Exit(1)
 
 
-def _say_what_is_missing(cells: Cells) -> None:
+def say_what_is_missing(cells: Cells) -> None:
+    """Print what the file about the cell does not declare."""
     demands = cells.demands
     missing = []
     if demands.recovery is None:
@@ -153,7 +168,17 @@ def _say_what_is_missing(cells: Cells) -> None:
         print(f"no {one}")
 
 
-def _tell(
+def tell_never(cells: Cells, reached: Collection[str]) -> list[str]:
+    """Print the properties `sometimes` that no run has reached, and return their names."""
+    goals = [one for one in cells.demands.properties if one.sometimes]
+    never = [one for one in goals if one.name not in reached]
+    for one in never:
+        what = one.that if isinstance(one.that, str) else "the function"
+        print(f"{one.kind}: never reached: {what}")
+    return [one.name for one in never]
+
+
+def tell_classes(
     options: CampaignOptions, cells: Cells, found: Sequence[tuple[str, Explained]]
 ) -> dict[tuple[str, int], str]:
     """Print the classes of failures, and write a replay of each.

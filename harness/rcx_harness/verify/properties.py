@@ -48,6 +48,7 @@ __all__ = [
     "followed",
     "from_python",
     "judge_run",
+    "sometimes",
 ]
 
 #: A property in Python: a function of the cell that is called after each scan.
@@ -68,6 +69,8 @@ class Declared:
             is false.
         file: The file that declares the property.
         home: If `file` is a copy, the path of the original file, else None.
+        sometimes: `that` must hold after at least one scan of all runs of a campaign. A single run
+            cannot break this property.
     """
 
     name: str
@@ -76,6 +79,7 @@ class Declared:
     after: str | Asked | None = None
     file: str | None = None
     home: str | None = None
+    sometimes: bool = False
 
     @property
     def shown_file(self) -> str | None:
@@ -85,6 +89,8 @@ class Declared:
     @property
     def kind(self) -> str:
         """Return the kind of the failures that this property reports."""
+        if self.sometimes:
+            return f"sometimes {self.name}"
         return f"{'always' if self.within_us is None else 'eventually'} {self.name}"
 
     @property
@@ -148,6 +154,11 @@ def eventually(
     """
     within_us = parse_us(within)
     return lambda asked: Declared(name or _name(asked), asked, within_us, after, _file(asked))
+
+
+def sometimes(asked: Asked) -> Declared:
+    """Declare a condition that must hold after at least one scan of a campaign."""
+    return Declared(_name(asked), asked, file=_file(asked), sometimes=True)
 
 
 def _name(asked: Asked) -> str:
@@ -310,10 +321,16 @@ class Followed:
         self._broken = False
         self._due_us: int | None = None
         self._was = True
+        self.reached = False
+        """Whether the condition of a property of the kind `sometimes` has held."""
 
     def scan(self, now_us: int) -> bool:
         """Evaluate a scan, and return whether the property is newly broken in it."""
         holds = self._that.now()
+        if self.declared.sometimes:
+            self.reached = self.reached or holds
+            self._mark()
+            return False
         if self.declared.within_us is None:
             broken, was, self._broken = not holds, self._broken, not holds
             self._mark()
@@ -431,6 +448,21 @@ class Judge:
                 if robot.machine.ports.accesses:
                     robot.machine.ports.accesses.clear()
 
+    @property
+    def reached(self) -> tuple[str, ...]:
+        """Return the names of the properties `sometimes` that have held so far."""
+        return tuple(
+            one.declared.name
+            for one in self._properties
+            if isinstance(one, Followed) and one.reached
+        )
+
+    def forget_reached(self) -> None:
+        """Regard no property `sometimes` as reached, because another run begins."""
+        for one in self._properties:
+            if isinstance(one, Followed):
+                one.reached = False
+
     def _told(self, one: Follower) -> str:
         """Return the message. For a time-out it also names the signals for which the cell waits."""
         text = one.told(self._cell.program)
@@ -509,11 +541,12 @@ def _checked(program: Program, declared: Sequence[Declared], texts: list[str]) -
 
 
 def declared_in(table: Mapping[str, Any], file: Path) -> list[Declared]:
-    """Return the properties `[[always]]` and `[[eventually]]` of a TOML file."""
+    """Return the properties always, eventually and sometimes of a TOML file."""
     found = []
-    for kind in ("always", "eventually"):
-        needs = {"that"} if kind == "always" else {"that", "within"}
-        knows = needs | ({"name"} if kind == "always" else {"name", "after"})
+    for kind in ("always", "eventually", "sometimes"):
+        timed = kind == "eventually"
+        needs = {"that", "within"} if timed else {"that"}
+        knows = needs | ({"name", "after"} if timed else {"name"})
         tables = table.get(kind, [])
         if not isinstance(tables, list) or not all(isinstance(one, dict) for one in tables):
             hint = f"write [[{kind}]]"
@@ -532,5 +565,8 @@ def declared_in(table: Mapping[str, Any], file: Path) -> list[Declared]:
                 text = f"{where}: {error.message}"
                 raise InputError(text, file=file, line=line, hint=error.hint) from None
             name = one.get("name", one["that"])
-            found.append(Declared(name, one["that"], within_us, one.get("after"), str(file)))
+            after, is_goal = one.get("after"), kind == "sometimes"
+            found.append(
+                Declared(name, one["that"], within_us, after, str(file), sometimes=is_goal)
+            )
     return found

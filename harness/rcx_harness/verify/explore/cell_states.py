@@ -15,17 +15,18 @@ from rcx_harness.verify.explore.relative import relative
 from rcx_harness.verify.explore.state_tables import TABLES
 from rcx_harness.verify.properties import Judge
 from rcx_harness.watch.wire import INTERVAL_US
+from structured_text.bench.agenda import STIMULUS
 from structured_text.engines.builtin import BuiltinProgram
 from structured_text.errors import InputError
 from structured_text.explore.abstraction import Abstraction
 
-__all__ = ["CellStates"]
+__all__ = ["CellStates", "FrozenStates"]
 
 #: Number of bytes in the digest that identifies a state, and version of `marshal`.
 _DIGEST, _MARSHAL = 16, 2
 
 
-class CellStates:
+class FrozenStates:
     """Converts states of a cell to bytes and back. The cell has not run its first scan.
 
     The bytes of a state are valid in all processes that build the same cell.
@@ -34,24 +35,20 @@ class CellStates:
     def __init__(self, cell: Cell, judge: Judge) -> None:
         assert isinstance(cell.program, BuiltinProgram)
         self._cell, self._judge = cell, judge
-        self._program = Abstraction(cell.program, cell.timing.scan_us, TABLES)
         # These objects never change. A state contains only the positions of these objects in this
         # list.
         self._fixed = list(_fixed(cell))
         self._places = {id(one): place for place, one in enumerate(self._fixed)}
 
-    def freeze(self) -> bytes:
-        """Return the state of the cell as bytes."""
-        return self._frozen(self._cell.snapshot())
-
-    def key(self) -> bytes:
-        """Return the key of the cell's state; states with the same key behave alike."""
-        return self._key(self._cell.snapshot())
-
-    def freeze_with_key(self) -> tuple[bytes, bytes]:
-        """Return the state of the cell, and its key."""
-        snapshot = self._cell.snapshot()
-        return self._frozen(snapshot), self._key(snapshot)
+    def freeze(self, *, stimuli: bool = True) -> bytes:
+        """Return the state of the cell as bytes; planned actions only with `stimuli`."""
+        snapshot: Any = self._cell.snapshot()
+        if not stimuli:
+            queue, count, periods = snapshot.bench.agenda
+            left = tuple(one for one in queue if one[1] != STIMULUS)
+            bench = snapshot.bench._replace(agenda=(left, count, periods))
+            snapshot = snapshot._replace(bench=bench)
+        return self._frozen(snapshot)
 
     def _frozen(self, snapshot: object) -> bytes:
         stream = io.BytesIO()
@@ -69,6 +66,24 @@ class CellStates:
         cell, judge = _Unpickler(stream, self._fixed).load()
         self._cell.restore(cell)
         self._judge.restore(judge)
+
+
+class CellStates(FrozenStates):
+    """The states of a cell with one robot, with keys that identify them."""
+
+    def __init__(self, cell: Cell, judge: Judge) -> None:
+        super().__init__(cell, judge)
+        assert isinstance(cell.program, BuiltinProgram)
+        self._program = Abstraction(cell.program, cell.timing.scan_us, TABLES)
+
+    def key(self) -> bytes:
+        """Return the key of the cell's state; states with the same key behave alike."""
+        return self._key(self._cell.snapshot())
+
+    def freeze_with_key(self) -> tuple[bytes, bytes]:
+        """Return the state of the cell, and its key."""
+        snapshot = self._cell.snapshot()
+        return self._frozen(snapshot), self._key(snapshot)
 
     def _key(self, snapshot: Any) -> bytes:
         now_us = self._cell.now_us
@@ -136,7 +151,8 @@ def _fixed(cell: Cell) -> Iterator[Any]:
     yield cell.timing
     for *_, action in queue:
         yield action
-    for robot in cell.robots:
+    for number, robot in enumerate(cell.robots, 1):
+        yield cell.network_of(number)  # packets on their way refer to their network
         yield robot.config
         yield from robot.config.programs
         yield from (task.code for task in robot.program.tasks)

@@ -17,7 +17,7 @@ from rcx_harness.verify.storm.shrink import shrink
 from rcx_harness.verify.storm.storms import Failure, Storm
 from structured_text.farm import Farm, ResultFile
 
-__all__ = ["Explained", "Seed", "Storms", "Unexplained", "classes", "storms"]
+__all__ = ["Explained", "Seed", "Storms", "Straight", "Unexplained", "classes", "storms"]
 
 #: Greatest number of runs to shorten a failure, and to separate two classes of failures.
 _TRIES, _OTHERS = 150, 12
@@ -36,6 +36,7 @@ class Seed(NamedTuple):
         scans: Number of scans.
         acts: Number of events.
         lines: Lines of robot programs that the run reached.
+        reached: Names of the properties `sometimes` that held.
     """
 
     failures: dict[str, tuple[int, str]]
@@ -43,6 +44,7 @@ class Seed(NamedTuple):
     scans: int
     acts: int
     lines: tuple[Line, ...] = ()
+    reached: tuple[str, ...] = ()
 
 
 class Unexplained(NamedTuple):
@@ -50,6 +52,23 @@ class Unexplained(NamedTuple):
 
     kind: str
     seeds: tuple[int, ...]
+
+
+class Straight(NamedTuple):
+    """Work item: a failing run from a cold start, as a list of all its actions.
+
+    Attributes:
+        kind: The kind of failure.
+        seed: The seed of the cell.
+        acts: All actions, the start included.
+        ends_us: The time [us] at which the failure occurs, or at which the last recovery begins.
+            None: already the start of the cell fails.
+    """
+
+    kind: str
+    seed: int
+    acts: tuple[Entry, ...]
+    ends_us: int | None
 
 
 class Explained(NamedTuple):
@@ -74,7 +93,7 @@ class Storms:
 
     cells: CellsOf
 
-    def prepare(self) -> Callable[[int | Unexplained], Any]:
+    def prepare(self) -> Callable[[int | Unexplained | Straight], Any]:
         """Compile the program, and return the function that handles a work item."""
         return _Worker(self.cells.make()).do
 
@@ -85,8 +104,10 @@ class _Worker:
         start, length_us = self._demands.start, self._demands.length_us
         self._moments = moments(self._course(0, ""), start, length_us, cells.library)
 
-    def do(self, item: int | Unexplained) -> Any:
-        """Return the result of a seed, or the class of failures of an `Unexplained`."""
+    def do(self, item: int | Unexplained | Straight) -> Any:
+        """Return the result of a seed, or the class of failures of another item."""
+        if isinstance(item, Straight):
+            return self._shortened(item)
         return self._explained(item) if isinstance(item, Unexplained) else self._seed(item)
 
     def _storms(self, seed: int, course: Course) -> list[Storm]:
@@ -112,7 +133,8 @@ class _Worker:
             course.failures.setdefault(failure.kind, failure)
         failures = {one.kind: (one.t_us, one.text) for one in course.failures.values()}
         cell, acts = course.cell, sum(len(one.acts) for one in storms)
-        return Seed(failures, cell.now_us, cell.scans, acts, reached.lines)
+        goals = course.judge.reached
+        return Seed(failures, cell.now_us, cell.scans, acts, reached.lines, goals)
 
     def _explained(self, item: Unexplained) -> Explained:
         seed, *others = item.seeds
@@ -149,7 +171,24 @@ class _Worker:
                 same.append(other)
         return Explained(told, tuple(causes), tuple(rest), tuple(same))
 
-    def _flat(self, seed: int, course: Course, failure: Failure) -> tuple[Course, Failure]:
+    def _shortened(self, item: Straight) -> Explained:
+        """Return the class of a failing run that is known as a list of actions."""
+        course = self._course(item.seed, item.kind)
+        course.begun = course.begun or item.ends_us is not None
+        ends_us = item.ends_us or 0
+        failure = _failure(course, [Storm(item.acts, ends_us)])
+        if failure is None:
+            return Explained(None, (), (), (item.seed,))
+        if item.ends_us is not None:
+            course, failure = self._flat(item.seed, course, failure, _TRIES)
+        expect = course.expect if failure.kind == RECOVERY else course.judge.expected(item.kind)
+        told = replay_of(course.done, failure, expect, item.seed, course.cell.timing.scan_us)
+        causes = dict.fromkeys(cause for act in course.done for cause in _causes(act))
+        return Explained(told, tuple(causes), (), (item.seed,))
+
+    def _flat(
+        self, seed: int, course: Course, failure: Failure, tries: int = _MORE_TRIES
+    ) -> tuple[Course, Failure]:
         """Return a failing run as one storm without a separate start, and shorten it further.
 
         Actions that started the cell, and actions of successful recoveries, may be removed.
@@ -170,7 +209,7 @@ class _Worker:
                 last, found = one, now
                 raise now
 
-        shrink(run, [Storm(acts, ends_us)], failure, _MORE_TRIES)
+        shrink(run, [Storm(acts, ends_us)], failure, tries)
         return last, found
 
     def _fails(self, seed: int, some: Sequence[Storm], kind: str) -> Failure | None:

@@ -31,7 +31,7 @@ FAULTS = (
     *("power_cycle", "alarm", "packets_lost", "packets_late", "packets_doubled", "plc_overrun"),
 )
 #: The TOML keys of properties. Several files may contain them.
-_PROPERTIES = ("always", "eventually", "stable", "deadlock")
+_PROPERTIES = ("always", "eventually", "sometimes", "stable", "deadlock")
 _KEYS = ("length", "operator", "faults", *_PROPERTIES, "recover")
 #: The largest delay of a packet [us]. With the default of FB_WriteArea.Margin (150 ms), a delay up
 #: to this value is harmless, even if all packets until the connection's time-out are lost

@@ -12,7 +12,7 @@ from rcx_harness.verify.storm.demands import Demands
 from rcx_harness.verify.storm.moments import Moments
 from rcx_harness.verify.storm.storms import Storm
 
-__all__ = ["draw_storms"]
+__all__ = ["Drawn", "draw_storms"]
 
 #: The weight of each kind of fault; other kinds have weight 1.
 _OFTEN = {
@@ -48,7 +48,7 @@ def draw_storms(
     """
     random = Random(f"storms {seed}")
     first, others = moments
-    drawn = _Drawn(demands, random, controllers, scan_us)
+    drawn = Drawn(demands, random, controllers, scan_us)
     if demands.start:  # a good run is executed only once
         return [drawn.storm(demands.length_us, first)]
     storms = []
@@ -62,7 +62,9 @@ def draw_storms(
     return storms
 
 
-class _Drawn:
+class Drawn:
+    """The drawing of storms with one source of random numbers."""
+
     def __init__(self, demands: Demands, random: Random, controllers: int, scan_us: int) -> None:
         self._demands, self._random = demands, random
         self._controllers, self._scan_us = controllers, scan_us
@@ -72,11 +74,14 @@ class _Drawn:
         """Times at which an action begins or ends. Many failures occur close to these times."""
         self._moments: Sequence[int] = ()
 
-    def storm(self, length_us: int, moments: Sequence[int]) -> Storm:
-        """Return a storm with some operator actions, faults and recoveries in random order."""
+    def storm(self, length_us: int, moments: Sequence[int], marks: Sequence[int] = ()) -> Storm:
+        """Return a storm with some operator actions, faults and recoveries in random order.
+
+        Many actions are close to `moments`, and to `marks`, which also occur in later storms.
+        """
         random, demands = self._random, self._demands
         self._length_us = max(length_us, 2 * self._scan_us)
-        self._marks = []
+        self._marks = list(marks)
         self._moments = [t_us for t_us in moments if t_us < self._length_us]
         faults = random.choice((0, 1, 1, 1, 2, 2, 3)) if demands.faults else 0
         uses = random.choice((0, 0, 1, 1, 2, 4)) if self.inputs else 0

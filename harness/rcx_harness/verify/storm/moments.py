@@ -11,7 +11,7 @@ from rcx_harness.verify.storm.storms import Failure
 from structured_text.engines.base import Program
 from structured_text.language.types import BlockType, ElementaryType, EnumType, StructType, Type
 
-__all__ = ["Moments", "moments"]
+__all__ = ["Moments", "moments", "own_variables"]
 
 #: Times of changes [us], relative to the beginning of the first storm and of any later storm.
 Moments = tuple[tuple[int, ...], tuple[int, ...]]
@@ -52,7 +52,7 @@ class _Changes:
 
     def __init__(self, cell: Cell, library: Collection[str]) -> None:
         self._cell = cell
-        self._read = cell.program.reader(list(_own(cell.program, library)))
+        self._read = cell.program.reader(list(own_variables(cell.program, library)))
 
     def over(self, length_us: int) -> tuple[int, ...]:
         """Run for some time, and return the times of changes, relative to the beginning [us]."""
@@ -72,7 +72,8 @@ class _Changes:
         return tuple(sorted({t_us for those in few for t_us in those}))
 
 
-def _own(program: Program, library: Collection[str]) -> Iterator[str]:
+def own_variables(program: Program, library: Collection[str]) -> Iterator[str]:
+    """Yield the discrete variables of the user's own blocks."""
     inside: list[str] = []
     for path, kind in program.walk():
         if any(path.startswith(one) for one in inside[-1:]):

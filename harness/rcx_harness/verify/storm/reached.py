@@ -24,6 +24,10 @@ class Reached:
         for number, robot in enumerate(cell.robots, 1):
             robot.program.observers.append(_Observer(number, self._found))
 
+    def forget(self) -> None:
+        """Forget all lines, because another run begins."""
+        self._found.clear()
+
     @property
     def lines(self) -> tuple[Line, ...]:
         """Return the reached lines of all programs with source text."""

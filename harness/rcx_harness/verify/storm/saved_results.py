@@ -18,6 +18,9 @@ from structured_text.output.reading import open_file
 
 __all__ = ["saved_results"]
 
+#: Parts of the result of a seed that are left out if they are empty.
+_EMPTY = ("lines", "reached")
+
 
 def saved_results(file: Path, about: Mapping[str, str]) -> tuple[ResultFile[Any, Any], str]:
     """Return the saved results in a file, and a notice if they must be computed again.
@@ -63,7 +66,7 @@ def _to_json(result: Any) -> Any:
     if isinstance(result, Explained):
         told = None if result.replay is None else asdict(result.replay)
         return {**result._asdict(), "replay": told}
-    return {key: value for key, value in result._asdict().items() if value or key != "lines"}
+    return {key: value for key, value in result._asdict().items() if value or key not in _EMPTY}
 
 
 def _from_json(given: Any) -> Any:
@@ -77,4 +80,5 @@ def _from_json(given: Any) -> Any:
         return Explained(told, *lists)
     failures = {kind: (t_us, text) for kind, (t_us, text) in given["failures"].items()}
     lines = tuple((number, name, line) for number, name, line in given.get("lines", ()))
-    return Seed(failures, given["virtual_us"], given["scans"], given["acts"], lines)
+    reached = tuple(given.get("reached", ()))
+    return Seed(failures, given["virtual_us"], given["scans"], given["acts"], lines, reached)

@@ -113,6 +113,19 @@ class StormRun(ABC):
         self._ever += self.done
         self.done = [act for act in self.done if act.t_us < now_us]
 
+    def begin_at(self, done: Sequence[Entry]) -> None:
+        """Continue after these actions, because the cell was brought into the state after them.
+
+        Actions that last longer end at their time.
+        """
+        self.done, self._dropped, self._ever = list(done), set(), []
+        self.failures, self._judged = {}, len(self.cell.violations)
+        self._found.clear()
+        for act in done:
+            for part in act.parts():
+                if part.t_us > self.cell.now_us:
+                    self.cell.at(part.t_us, partial(self._apply_planned, act, part))
+
     def snapshot(self) -> object:
         """Return a snapshot of the run and its cell."""
         known = list(self.done), set(self._dropped), dict(self.failures), self._judged

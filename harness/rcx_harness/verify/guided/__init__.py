@@ -1,0 +1,1 @@
+"""Guided campaigns: rare states are kept, and further runs branch from them."""
