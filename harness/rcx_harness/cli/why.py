@@ -28,9 +28,7 @@ _BEGINNING = '{\n  "file": '
 def why(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(
-            help="A trace (JSON lines). With --snapshot: the program's files."
-        ),
+        typer.Argument(help="A trace (JSON lines). With --snapshot: the program's files."),
     ] = None,
     at: Annotated[str | None, typer.Option(help="The time to explain. Default: the end.")] = None,
     snapshot: Annotated[

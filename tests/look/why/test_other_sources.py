@@ -112,18 +112,26 @@ def test_a_capture_is_explained(tmp_path: Path, capsys: Captured) -> None:
 
 
 @pytest.mark.parametrize(
-    "words",
+    ("words", "message"),
     [
-        ["why"],
-        ["why", "a.jsonl", "b.jsonl"],
-        ["why", "--snapshot", "v.toml"],
-        ["why", "a.jsonl", "--capture", "c.pcap"],
-        ["why", "a.st", "--snapshot", "v.toml", "--capture", "c.pcap"],
-        ["why", "a.st", "--snapshot", "v.toml", "--at", "1s"],
-        ["why", "--capture", "missing.pcap"],
+        ([], "0 files are given"),
+        (["a.jsonl", "b.jsonl"], "2 files are given"),
+        (["--snapshot", "v.toml"], "--snapshot needs the files"),
+        (["a.jsonl", "--capture", "c.pcap"], "--capture reads its own file"),
+        (["a.st", "--snapshot", "v.toml", "--capture", "c.pcap"], "exclude each other"),
+        (["a.st", "--snapshot", "v.toml", "--at", "1s"], "--at has no meaning"),
+        (["--capture", "missing.pcap"], "missing.pcap"),
     ],
 )
-def test_sources_that_exclude_each_other(words: list[str], capsys: Captured) -> None:
+def test_sources_that_exclude_each_other(words: list[str], message: str, capsys: Captured) -> None:
     """Each is refused in one line."""
-    assert main(words) == 2
-    assert capsys.readouterr().err.count("\n") == 1
+    assert main(["why", *words]) == 2
+    shown = capsys.readouterr().err
+    assert message in shown
+    assert shown.count("\n") == 1
+
+
+def test_a_text_instead_of_a_number_is_unknown(tmp_path: Path) -> None:
+    """Such a value is not guessed, and does not end in a traceback."""
+    values = VALUES.replace("= 7", '= "seven"').replace('"16#0100"', '"RUN"')
+    assert main(_snapshot(tmp_path, values)) == 1

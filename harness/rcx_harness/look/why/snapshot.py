@@ -105,8 +105,8 @@ def _from_reference(facts: Facts) -> None:
     for kind, listed in (("SO", signals().output), ("SI", signals().input)):
         for signal in listed:
             found = facts.changes(f"{head}.{kind}.{signal.name}")
-            if found and not facts.changes(f"1:{signal.signal}"):
+            if found and type(found[0].value) is bool and not facts.changes(f"1:{signal.signal}"):
                 facts.take(f"1:{signal.signal}", found[0].value)
     status = facts.changes(f"{head}.Status")
-    if status and not facts.changes("1:status"):
+    if status and type(status[0].value) is int and not facts.changes("1:status"):
         facts.take("1:status", status[0].value)
