@@ -50,7 +50,7 @@ def _scan(t_us: str, more: str = "", scan: int = 1) -> str:
         '{"t_us":1,"scan":-Infinity}',
     ],
 )
-@pytest.mark.parametrize("command", ["judge", "view", "compare"])
+@pytest.mark.parametrize("command", ["judge", "view", "compare", "why"])
 def test_a_record_without_a_time_is_refused_with_its_line(
     command: str, line: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

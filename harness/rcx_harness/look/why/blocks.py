@@ -193,9 +193,11 @@ def _turn(moment: Moment, path: str) -> Found | None:
     for channel in ("Command", "Sequence"):
         key = f"{head}.Inner.{channel}"
         serving, following = moment.value(f"{key}.Serving"), moment.value(f"{key}.NextTicket")
-        if serving is None or following is None or (following - serving) % 65536 < 2:
-            continue
         holder = moment.value(f"{key}.Holder") or 0
+        if not all(type(number) is int for number in (serving, following, holder)):
+            continue
+        if (following - serving) % 65536 < 2:
+            continue
         held = moment.since(f"{key}.Serving")
         name = command_name(holder) if channel == "Command" else f"SI({holder:02X})"
         if moment.value(f"{key}.Orphan") is True:

@@ -31,7 +31,7 @@ def facts_of_trace(
     """
     header, records = read_trace(file, progress)
     facts = Facts()
-    facts.blocks.update(_blocks(header.get("watch") or {}))
+    facts.blocks.update(_blocks(header.get("watch")))
     reader = _Reader(facts, header)
     ended = True
     for record in records:
@@ -42,7 +42,9 @@ def facts_of_trace(
     records.close()
     if not facts.controllers:
         raise InputError("has no scan and no cycle up to this time", file=file, hint=_LATER)
-    if ended and until_us is not None and until_us > facts.last_us + _slack(header):
+    changes = "only" in header  # the last record can be long before the end
+    late = until_us is not None and until_us > facts.last_us + _slack(header)
+    if ended and late and not changes and until_us is not None:
         text = f"ends at {facts.last_us / 1e6:.6g} s, before {until_us / 1e6:.6g} s"
         raise InputError(text, file=file, hint="use an earlier time")
     reader.end(facts.last_us if until_us is None else until_us)
@@ -109,12 +111,22 @@ class _Reader:
             facts.take(f"{number}:tasks", self._tasks(record), t_us)
 
     def _tasks(self, record: Cycle) -> list[tuple[str, int, str, str]]:
-        programs = self._header.get("programs") or []
-        listed = programs[record.controller - 1] if len(programs) >= record.controller else []
         return [
-            (task["program"], task["line"], task["state"], statement_of(listed, task))
+            (
+                task["program"],
+                task["line"],
+                task["state"],
+                self._statement(record.controller, task),
+            )
             for task in record.tasks or ()
         ]
+
+    def _statement(self, controller: int, task: Mapping[str, Any]) -> str:
+        """Return the statement of a task; empty if the header does not contain its program."""
+        try:
+            return statement_of(self._header["programs"][controller - 1], task)
+        except (AttributeError, IndexError, KeyError, TypeError):
+            return ""
 
 
 def _received(area: bytes) -> Iterator[tuple[str, bool]]:
@@ -148,9 +160,11 @@ def input_of(area: bytes, name: str) -> int | None:
         return None
 
 
-def _blocks(watch: Mapping[str, Any]) -> Iterator[tuple[str, str]]:
-    for path, kind in watch.items():
+def _blocks(watch: Any) -> Iterator[tuple[str, str]]:
+    """Yield path and type of each structure and block of the watched variables."""
+    for path, kind in watch.items() if isinstance(watch, Mapping) else ():
         if isinstance(kind, Mapping) and "struct" in kind:
             yield path, str(kind["struct"])
-            inner = {f"{path}.{name}": member for name, member in kind["members"].items()}
-            yield from _blocks(inner)
+            members = kind.get("members")
+            if isinstance(members, Mapping):
+                yield from _blocks({f"{path}.{name}": one for name, one in members.items()})

@@ -21,7 +21,7 @@ from rcx_harness.look.why.conditions import (
 )
 from rcx_harness.look.why.facts import Change, Moment
 from rcx_harness.spec import command_name, signals
-from rcx_harness.spec.wire import ABNORMAL_END, ENDS, READY
+from rcx_harness.spec.wire import ABNORMAL_END, ENDS, READY, RUN
 from structured_text.output.units import format_word
 
 __all__ = ["abnormal_end", "last_request", "of_alarm", "request", "running_command"]
@@ -52,8 +52,11 @@ _CONDITIONS: dict[str, tuple[_Look, ...]] = {
 def running_command(moment: Moment) -> Found | None:
     """Return the chain of the remote command that is out, or of a status that stays."""
     code, status = moment.own("code"), moment.own("status")
-    if code is None or status is None:
+    if status is None or (code is None and status != RUN):
         return None
+    if code is None:
+        text = f"a remote command is out, the status is {format_word(status)}"
+        return of_moment(moment, "executes", Step(text, "status", moment.own_since("status")))
     since = moment.own_since("code")
     name = command_name(code)
     shown = f"the status is {format_word(status)}"
