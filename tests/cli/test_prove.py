@@ -189,3 +189,14 @@ def test_an_initial_value_that_no_program_writes_counts(press: Path, capsys: Cap
         Path(name).write_text(changed)
     assert main(AGAINST) == 1
     assert "after 1 scan of 10 ms: Main.Down is True, not False" in capsys.readouterr().out
+
+
+@pytest.mark.exhaustive
+def test_a_late_difference_is_unknown_and_ends_with_1(press: Path, capsys: Captured) -> None:
+    """The versions differ in scan 30000, which is too late for each search and random run."""
+    press.write_text(PRESS.format(down="Guard AND Held.Q AND Count <> 30000"))
+    assert main([*AGAINST, "--limit", "1s", "--runs", "3"]) == 1
+    said = capsys.readouterr().out
+    assert "unknown: Main.Down" in said
+    assert "3 random runs of 200 scans show no difference" in said
+    assert "2 properties: 1 proved, 0 refuted, 1 unknown; unknown is not proved" in said

@@ -182,12 +182,14 @@ class _Comparing:
         if several:
             self._note("no proof for several task intervals")
         else:
-            self._try(lambda: self._induction(known))
+            self._try(lambda: self._induction(known, invariants=False))
         short, long = self._wishes.scan_us, max(self._wishes.scan_us, _LONG_US)
-        self._try(lambda: self._search(short, _FIRST, 0.5))
+        self._try(lambda: self._search(short, _FIRST, 0.2))
+        if not several:
+            self._try(lambda: self._induction(known, invariants=True))
         self._random()
         if known and not several:
-            self._try(lambda: self._induction(frozenset()))
+            self._try(lambda: self._induction(frozenset(), invariants=True))
         self._try(lambda: self._search(long, _SCANS, 0.5))
         self._try(lambda: self._search(short, _SCANS, 0.5))
         for name in self._open if self._drawn else ():
@@ -211,14 +213,15 @@ class _Comparing:
             one = self._results[name]
             self._results[name] = replace(one, note=one.note or text)
 
-    def _induction(self, known: frozenset[str]) -> None:
+    def _induction(self, known: frozenset[str], *, invariants: bool) -> None:
         self._wishes.tell(
             "one scan from any related states"
             + (": the programs alone" if known else ": the programs with the library")
+            + (", with invariants" if invariants else "")
         )
         end = time.monotonic() + self._wishes.limit_s
         way = Induction(self._pair, known, self._bench.library.milliseconds, end)
-        proved = way.prove()
+        proved = way.prove(invariants=invariants)
         assumes = (*_ASSUMES, _SAME_CALLS) if known else _ASSUMES
         for name, path in self._pair.outputs.items():
             if path in proved and name in self._open:
