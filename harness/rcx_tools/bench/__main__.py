@@ -35,6 +35,7 @@ POINTS: dict[str, str] = {
     "programs": "a cell with movements in the robot's program, compared with remote commands",
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
     "language": "files of public repositories that the front end accepts (RCX_REPOSITORIES)",
+    "guided": "scans until planted faults are found, guided compared with drawn storms",
     "suite": "the tests: time, the ten slowest, the same results in any order and processes",
 }
 
