@@ -36,6 +36,7 @@ POINTS: dict[str, str] = {
     "cyclic": "cyclic I/O in real time: packets, gaps, CPU, alone and under a flood",
     "editor": "the language server: diagnostics after a change, hover, completion",
     "language": "files of public repositories that the front end accepts (RCX_REPOSITORIES)",
+    "guided": "scans until planted faults are found, guided compared with drawn storms",
     "suite": "the tests: time, the ten slowest, the same results in any order and processes",
 }
 

@@ -24,11 +24,12 @@ from structured_text.errors import InputError
 __all__ = ["Branch", "Guided", "Kept", "Ran"]
 
 #: Greatest number of states that a run adds to the corpus, and the shortest time between them [us].
-_MOST_KEPT, _APART_US = 6, 20_000
+_MOST_KEPT, _APART_US = 8, 250_000
 #: Lengths of the storm of a branch, as shares of the demanded length.
-_LENGTHS = (0.01, 0.02, 0.05, 0.05, 0.1, 0.1, 0.2, 0.3, 0.5)
-#: Probability of a recovery from a state from which a recovery was tried before.
-_AGAIN = 0.25
+_LENGTHS = (0.02, 0.05, 0.1, 0.2, 0.2, 0.3, 0.5, 0.7, 1.0)
+#: Probability of a recovery after a storm: from a new state, and from a state from which a recovery
+#: was tried before. A recovery takes as many scans as several short storms.
+_NEW, _AGAIN = 0.6, 0.15
 
 
 class Kept(NamedTuple):
@@ -143,12 +144,14 @@ class _Worker:
                 if act.t_us > begin_us or item.kept is None:
                     course.plan(act)
             if item.kept is None:
+                self._planned = True  # no state before the start has ended
                 course.begin()
+                self._keep()
             self._storm(random, is_first=item.kept is None)
             self._ends_us = cell.now_us
             course.come_to_rest()
-            state, again = self._watch.rest(), random.random() < _AGAIN
-            if again or state not in item.known:
+            state = self._watch.rest()
+            if random.random() < (_AGAIN if state in item.known else _NEW):
                 course.recover()
                 rest = (state,)
         except Failure as failure:
@@ -175,7 +178,7 @@ class _Worker:
         if is_first:
             storm = drawn.storm(length_us, self._moments[0])
         else:
-            storm = drawn.storm(length_us, (), marks=(0, 0))
+            storm = drawn.storm(length_us, (), marks=(0,))
         left = [part.t_us for act in course.done for part in act.parts() if part.t_us > now_us]
         course.weather(storm)
         if left and (rest_us := max(left) + 1_000 - course.cell.now_us) > 0:
@@ -195,7 +198,7 @@ class _Worker:
         found = list(self._watch.found)
         new = tuple(one for one in found[self._listed :] if one not in self._known)
         self._listed = len(found)
-        acts = tuple(one for one in self._course.done if one.t_us < now_us)
+        acts = tuple(self._course.begun_acts)
         self._kept.append(Kept(acts, now_us, new, self._states.freeze(stimuli=False)))
 
     def _straight(self, failure: Failure) -> Straight:

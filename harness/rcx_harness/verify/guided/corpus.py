@@ -13,7 +13,7 @@ from dataclasses import dataclass
 from random import Random
 
 from rcx_harness.verify.guided.branch import Branch, Guided, Kept, Ran
-from structured_text.farm import Farm
+from structured_text.farm import NOT_YET, Farm, NotYet
 
 __all__ = ["Corpus", "guided"]
 
@@ -71,8 +71,7 @@ class Corpus:
     def _energy(self, one: _Place) -> float:
         """Return the weight of a state: high if its features are rare and it was seldom used."""
         rare = sum(1 / self._met[feature] for feature in one.kept.features)
-        tried: float = (1 + one.used) ** 1.5
-        return (0.1 + min(rare, 10.0)) * (1 + one.gave) / tried
+        return (0.2 + min(rare, 3.0)) * (2 + one.gave) / (2 + one.used)
 
     def add(self, results: list[tuple[int, Ran]]) -> None:
         """Merge the results of a round: the index of the state where each began, and the result."""
@@ -98,14 +97,23 @@ class Corpus:
 
 def guided(farm: Farm, work: Guided, runs: int, corpus: Corpus) -> Iterator[tuple[int, Ran]]:
     """Execute a number of runs, and yield the number and the result of each, in order."""
-    first = 0
-    while first < runs:
-        # The first round has a single run: its states are the corpus of the second round.
-        chosen = corpus.choose(first, min(_ROUND if first else 1, runs - first))
-        places = [at for _, at in chosen]
-        results: list[tuple[int, Ran]] = []
-        for item, ran in farm.run(work, [item for item, _ in chosen], title=None):
-            results.append((places[len(results)], ran))
-            yield item.number, ran
-        corpus.add(results)
-        first += len(chosen)
+    places: list[int] = []
+    results: list[tuple[int, Ran]] = []
+
+    def items() -> Iterator[Branch | NotYet]:
+        first = 0
+        while first < runs:
+            # The first round has a single run: its states are the corpus of the second round.
+            chosen = corpus.choose(first, min(_ROUND if first else 1, runs - first))
+            first += len(chosen)
+            places[:] = [at for _, at in chosen]
+            results.clear()
+            for item, _ in chosen:
+                yield item
+            while len(results) < len(chosen):
+                yield NOT_YET
+            corpus.add(results)
+
+    for item, ran in farm.run(work, items(), title=None):
+        results.append((places[len(results)], ran))
+        yield item.number, ran

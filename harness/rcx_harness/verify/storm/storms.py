@@ -64,6 +64,7 @@ class StormRun(ABC):
         self._found: list[Failure] = []
         self._judged = 0
         self._dropped: set[int] = set()
+        self._applied: set[int] = set()
         self._ever: list[Entry] = []
         """All planned actions. They stay in memory, because `_dropped` contains their ids."""
 
@@ -119,6 +120,7 @@ class StormRun(ABC):
         Actions that last longer end at their time.
         """
         self.done, self._dropped, self._ever = list(done), set(), []
+        self._applied = set(map(id, self.done))
         self.failures, self._judged = {}, len(self.cell.violations)
         self._found.clear()
         for act in done:
@@ -140,7 +142,13 @@ class StormRun(ABC):
 
     def _apply_planned(self, act: Entry, part: Entry) -> None:
         if id(act) not in self._dropped:
+            self._applied.add(id(act))
             self.apply(part)
+
+    @property
+    def begun_acts(self) -> list[Entry]:
+        """Return the actions of `done` that have begun."""
+        return [act for act in self.done if id(act) in self._applied]
 
     def apply(self, act: Entry) -> None:
         """Apply an action to the cell at the current time."""
