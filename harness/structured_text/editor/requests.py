@@ -177,7 +177,7 @@ class Requests:
         ]
 
     def _formatted(self, given: types.DocumentFormattingParams) -> list[types.TextEdit] | None:
-        """Return the edit that `rcx format` would make; raise InputError on a mistake in the text.
+        """Return the edit that lays out the text; raise InputError on a mistake in the text.
 
         Projects of tools, and files with a Sequential Function Chart, are not formatted.
         """
