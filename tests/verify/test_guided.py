@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -75,7 +76,8 @@ def test_a_button_is_released_after_a_branch_at_its_end(tmp_path: Path) -> None:
     course = Course(cells.cell(0), cells.demands)
     course.plan(Entry(200_000, values={"Main.Go": True}, held_us=100_000))
     course.let_pass(300_000)
-    state, acts = course.cell.snapshot(), course.begun_acts
+    state: Any = course.cell.snapshot()
+    acts = course.begun_acts
     queue, count, periods = state.bench.agenda
     left = tuple(event for event in queue if event[1] != STIMULUS)
     course.cell.restore(state._replace(bench=state.bench._replace(agenda=(left, count, periods))))
