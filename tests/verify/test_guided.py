@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from feeder import feeder
+from rcx_harness.cell.stimulus import Entry
 from rcx_harness.verify.guided.branch import Branch, Guided, Kept, Ran
 from rcx_harness.verify.guided.corpus import Corpus, guided
 from rcx_harness.verify.storm.cells import CellsOf
+from rcx_harness.verify.storm.course import Course
+from structured_text.bench.agenda import STIMULUS
 from structured_text.farm import Farm
 
 
@@ -62,6 +66,25 @@ def test_a_rare_state_is_chosen_more_often() -> None:
     corpus.add([*runs, (-1, _ran((1, 2), _state(2)))])
     chosen = [at for first in range(200) for _, at in corpus.choose(first, 1)]
     assert chosen.count(1) > 3 * chosen.count(0) > 0
+
+
+def test_a_button_is_released_after_a_branch_at_its_end(tmp_path: Path) -> None:
+    """A state is kept in the very instant in which the button is released (300 ms)."""
+    feeder(tmp_path)
+    of = CellsOf.of([tmp_path / "Feeder.st"], {"engine": "builtin"}, [tmp_path / "campaign.toml"])
+    cells = of.make()
+    course = Course(cells.cell(0), cells.demands)
+    course.plan(Entry(200_000, values={"Main.Go": True}, held_us=100_000))
+    course.let_pass(300_000)
+    state: Any = course.cell.snapshot()
+    acts = course.begun_acts
+    queue, count, periods = state.bench.agenda
+    left = tuple(event for event in queue if event[1] != STIMULUS)
+    course.cell.restore(state._replace(bench=state.bench._replace(agenda=(left, count, periods))))
+    course.begin_at(acts)
+    course.let_pass(20_000)
+    assert [act.t_us for act in acts] == [200_000]
+    assert course.cell["Main.Go"] is False
 
 
 @pytest.mark.exhaustive

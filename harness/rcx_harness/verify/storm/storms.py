@@ -125,7 +125,8 @@ class StormRun(ABC):
         self._found.clear()
         for act in done:
             for part in act.parts():
-                if part.t_us > self.cell.now_us:
+                # An end at this very time may be pending; to apply it twice changes nothing.
+                if part.t_us > act.t_us and part.t_us >= self.cell.now_us:
                     self.cell.at(part.t_us, partial(self._apply_planned, act, part))
 
     def snapshot(self) -> object:
