@@ -7,12 +7,8 @@ from dataclasses import replace
 import typer
 from rich.console import Console
 
-from rcx_harness.cli.campaign import (
-    CampaignOptions,
-    say_what_is_missing,
-    tell_classes,
-    tell_never,
-)
+from rcx_harness.cli.campaign_options import CampaignOptions
+from rcx_harness.cli.failure_classes import say_what_is_missing, tell_classes, tell_never
 from rcx_harness.cli.junit_option import junit_file, seed_case
 from rcx_harness.cli.options import counted
 from rcx_harness.verify.guided.branch import Guided, Ran

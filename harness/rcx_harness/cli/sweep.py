@@ -11,7 +11,8 @@ import typer
 from rich.console import Console
 from rich.table import Table
 
-from rcx_harness.cli.campaign import VerifyOptions, write_replay
+from rcx_harness.cli.campaign_options import VerifyOptions
+from rcx_harness.cli.failure_classes import write_replay
 from rcx_harness.cli.json_file import JsonFile, JsonOutput
 from rcx_harness.cli.junit_option import Junit, junit_file, moments_suite
 from rcx_harness.cli.options import counted, duration_us, with_options
