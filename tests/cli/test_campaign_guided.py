@@ -26,6 +26,7 @@ def _with_goal(folder: Path, name: str, that: str) -> None:
         file.write(_GOAL.format(name, that))
 
 
+@pytest.mark.exhaustive
 def test_a_planted_fault_is_found_and_replays(here: Path, capsys: Captured) -> None:
     """A lost link while the feeder runs is never reset, so the feeder does not recover."""
     feeder(here, latches=True)

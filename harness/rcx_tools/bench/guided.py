@@ -36,11 +36,7 @@ _SCAN_US = 10_000
 
 def measure(options: Options) -> dict[str, Figure]:
     """Measure both searches for each planted fault; the target is half of the drawn scans."""
-    faults = [
-        fault
-        for name in ("faults.toml", "rare.toml")
-        for fault in load_toml(_PLANTED / name)["fault"]
-    ]
+    faults = load_toml(_PLANTED / "faults.toml")["fault"]
     seeds = range(_QUICK if options.quick else _SEEDS)
     most = _MOST_QUICK if options.quick else _MOST
     figures: dict[str, Figure] = {}

@@ -201,7 +201,7 @@ DIFFERENT = [
     ),
 ]
 
-_QUICK_EQUAL = ["de_morgan", "renamed_local", "timer_call_moved"]
+_QUICK_EQUAL = ["de_morgan"]
 
 
 def compared(
