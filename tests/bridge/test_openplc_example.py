@@ -78,6 +78,7 @@ def dedicated(bench: BridgeBench) -> int:
     return area[32] | area[33] << 8
 
 
+@pytest.mark.exhaustive
 def test_the_button_switches_the_servos_on_and_no_rule_is_broken(
     bench: BridgeBench, plc: OpenPlc
 ) -> None:

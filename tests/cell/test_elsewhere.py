@@ -143,6 +143,7 @@ def test_zeros_are_sent_before_the_connection_is_closed(far: Build, adapter: Ada
     assert adapter.read_to_robot() == bytes(48)
 
 
+@pytest.mark.exhaustive
 def test_after_a_loss_the_program_is_connected_again(
     far: Build, adapter: Adapter, messages: Messages
 ) -> None:

@@ -384,6 +384,7 @@ def test_a_sweep_refuses_impossible_options(
     assert message in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_a_sweep_needs_a_run_without_violations(here: Path, capsys: Captured) -> None:
     feeder(here, runs_open=True)
     good = (here / "good.toml").read_text().replace('"Main.Speed" = 7', '"Main.Closed" = false')

@@ -60,6 +60,7 @@ def test_the_robot_file_of_the_recording_fits_exactly(
     assert main(["compare", str(trace), "--robot", str(robot)]) == 0
 
 
+@pytest.mark.exhaustive
 def test_fit_extends_the_old_robot_file(trace: Path, tmp_path: Path, capsys: Captured) -> None:
     old, new = tmp_path / "old.toml", tmp_path / "new.toml"
     text = "servo_on_delay = 20 # too short\njog_limit = 'normal'\n\n[points.7]\npulses = [1, 2]\n"

@@ -58,6 +58,7 @@ def test_with_standard_error_closed_the_exit_code_is_still_right() -> None:
 
 
 @_NOT_ON_WINDOWS
+@pytest.mark.exhaustive(but=["words0"])
 @pytest.mark.parametrize("words", [("run", "--help"), ("eds",), ("encode", "MovePtp")])
 def test_a_command_ends_quietly_if_its_reader_has_ended(words: tuple[str, ...]) -> None:
     """If the reader of a pipe has ended, the exit code is 141. Exit code 1 means a failed check.

@@ -57,6 +57,7 @@ def _position(folder: Path, text: str) -> tuple[int, int]:
     return line, lines[line].index(text)
 
 
+@pytest.mark.exhaustive
 def test_hover_on_a_block_lists_its_error_ids(client: LspClient, folder: Path) -> None:
     found = client.ask("hover", folder / "PowerUp.st", *_position(folder, "ServoOn(Robot"))
     text = found["contents"]["value"]
@@ -179,6 +180,7 @@ def test_the_command_speaks_the_protocol_only(folder: Path) -> None:
     assert done.stdout.count(b"Content-Length: ") == 2
 
 
+@pytest.mark.exhaustive
 def test_without_pygls_the_command_says_what_to_install(tmp_path: Path) -> None:
     (tmp_path / "pygls.py").write_text(
         "raise ModuleNotFoundError(\"No module named 'pygls'\", name='pygls')", encoding="utf-8"

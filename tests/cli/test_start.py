@@ -118,6 +118,7 @@ def test_a_second_run_of_a_program_does_not_import_the_front_end(
     assert not _below(again, *(f"structured_text.{one}" for one in others))
 
 
+@pytest.mark.exhaustive
 def test_the_processes_of_a_served_controller_import_only_what_they_need() -> None:
     """The processes of `rcx serve` import only what they need, to save memory.
 

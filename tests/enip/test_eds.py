@@ -140,7 +140,7 @@ def test_three_connections_read_assembly_100_and_one_writes_150(sheet: Sheet) ->
     assert {len(entry) for entry in entries} == {15}
 
 
-@pytest.mark.parametrize("size", [48, 256])
+@pytest.mark.parametrize("size", [48, pytest.param(256, marks=pytest.mark.exhaustive)])
 def test_the_adapter_takes_every_connection_of_the_sheet(size: int) -> None:
     """The adapter opens each connection with the path, sizes, types and interval of the file."""
     sheet = read(eds_text(size))

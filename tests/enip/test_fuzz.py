@@ -61,6 +61,7 @@ def test_a_write_to_the_controller_is_reported(target: Bench) -> None:
         fuzz(target, 5, lambda number: number >= 1000)
 
 
+@pytest.mark.exhaustive
 def test_a_lost_connection_of_the_master_is_reported(target: Bench) -> None:
     def goal(number: int) -> bool:
         if number == 25:
@@ -71,6 +72,7 @@ def test_a_lost_connection_of_the_master_is_reported(target: Bench) -> None:
         fuzz(target, 5, goal)
 
 
+@pytest.mark.exhaustive
 def test_the_frames_it_starts_from_are_right(target: Bench) -> None:
     """The undamaged frames of the fuzzer have the right form. Only their contents are refused."""
     with socket.create_connection(target.adapter.address) as wire:

@@ -123,6 +123,7 @@ def test_an_input_only_connection_has_no_effect_on_the_controller(master: LiveMa
     assert master.connected
 
 
+@pytest.mark.exhaustive
 def test_a_reader_alone_is_no_connection_to_the_controller(master: LiveMaster) -> None:
     """With an input-only connection alone, the alarm 12.551 of a missing master comes.
 

@@ -190,7 +190,7 @@ def test_no_packet_is_missing(adapter: Adapter) -> None:
         assert 0 < ours.gap_median_us <= ours.gap_p99_us <= ours.gap_max_us
 
 
-@pytest.mark.parametrize("large", [False, True])
+@pytest.mark.parametrize("large", [pytest.param(False, marks=pytest.mark.exhaustive), True])
 def test_256_bytes_go_both_ways(large: bool) -> None:
     with Adapter(256, host=HOST, cyclic=0) as adapter, scan(adapter, large=large) as scanner:
         adapter.write_to_master(bytes(range(256)))

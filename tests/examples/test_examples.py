@@ -78,7 +78,7 @@ def test_the_trace_is_the_one_recorded_from_matiec(example: Example, engine: str
     )
 
 
-@pytest.mark.exhaustive(but=["01_power_up", "12_two_robots"])
+@pytest.mark.exhaustive(but=["01_power_up"])
 @pytest.mark.parametrize("example", _NETWORKED, ids=lambda example: example.name)
 def test_over_ethernet_ip_the_trace_is_the_same(example: Example) -> None:
     with example.build("builtin", link="enip") as cell:

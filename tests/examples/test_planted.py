@@ -79,6 +79,7 @@ def test_the_normal_run_breaks_no_property(fault: Fault | None, tmp_path: Path) 
         assert [cell[f"Main.{name}.Lost"] for name in "AB"] == [0, 0]
 
 
+@pytest.mark.exhaustive
 def test_at_most_one_robot_is_at_the_pallet(tmp_path: Path) -> None:
     """At most one robot is at positive pulses of axis 1, where the pallet is.
 
@@ -94,6 +95,7 @@ def test_at_most_one_robot_is_at_the_pallet(tmp_path: Path) -> None:
         assert over == {0, 1}
 
 
+@pytest.mark.exhaustive
 def test_the_command_in_the_readme_runs_the_cell(capsys: Captured) -> None:
     project = PLANTED / "cell"
     text = (project / "README.md").read_text(encoding="utf-8")

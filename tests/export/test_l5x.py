@@ -246,6 +246,7 @@ _TAGS = {"FirstScan": "RCX_FirstScan", "NoRobot": "RCX_REF", "Robot": "RCX_REF",
          "CellSafe": "BOOL"}  # fmt: skip
 
 
+@pytest.mark.exhaustive
 def test_the_calls_in_the_docs_are_correct(cell: Path, tmp_path: Path) -> None:
     """The calls in docs/how-to/export.md have the right arguments and pins.
 

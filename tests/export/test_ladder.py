@@ -21,7 +21,7 @@ from structured_text.language.load import load
 
 _NAMES = [example.name for example in EXAMPLES]
 #: Examples whose whole runs are compared in the quick tests.
-_QUICK = ["03_general_io", "09_openplc"]
+_QUICK = ["03_general_io"]
 
 
 def _program(variables: str, statements: str, types: str = "") -> str:
@@ -347,6 +347,7 @@ def test_ladder_is_only_for_plcopen_and_a_program(small: Path) -> None:
         export("plcopen", ladder=True)
 
 
+@pytest.mark.exhaustive
 def test_the_library_stays_text(tmp_path: Path) -> None:
     """Only the user's program and blocks are ladder: in example 12 FB_Carry and TwoRobots."""
     written_ladder([examples()["12_two_robots"].folder], tmp_path / "ladder.xml")

@@ -74,7 +74,7 @@ def test_an_exported_example_gives_the_recorded_trace(
     assert trace_of(example, files, tmp_path) == recorded(example)
 
 
-@pytest.mark.exhaustive(but=["twincat", "l5x"])
+@pytest.mark.exhaustive(but=["l5x"])
 @pytest.mark.parametrize("target", TARGETS)
 def test_an_export_is_the_same_every_time(target: str) -> None:
     """Two exports are equal, including the identifiers of TwinCAT and the dates of L5X.

@@ -290,6 +290,7 @@ def test_a_missing_controller_is_one_line(capsys: Captured) -> None:
     assert "no connection to the EtherNet/IP adapter at 127.0.0.1:1" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_both_sizes_can_be_scanned(capsys: Captured) -> None:
     with Adapter(256, cyclic=0) as adapter:
         image = bytearray(256)
@@ -310,6 +311,7 @@ def other(monkeypatch: pytest.MonkeyPatch) -> Iterator[Adapter]:
         yield made
 
 
+@pytest.mark.exhaustive
 def test_an_adapter_of_another_size_is_shown_as_bytes(other: Adapter, capsys: Captured) -> None:
     """Areas of another size are shown as bytes. More than 511 bytes need a Large Forward Open."""
     host, port = other.address
@@ -453,6 +455,7 @@ def test_a_lost_connection_is_reported() -> None:
     assert " packets received, " in told[-1]
 
 
+@pytest.mark.exhaustive
 def test_a_dead_process_is_reported(running: Adapter, monkeypatch: pytest.MonkeyPatch) -> None:
     """If the process of the cyclic I/O dies, the report of the lost connection names it.
 

@@ -326,6 +326,7 @@ def test_a_job_that_is_not_completed_ends_after_timeout_and_can_be_requested_aga
     assert plc["Call.ResultValue"] == 11
 
 
+@pytest.mark.exhaustive
 def test_without_time_limits_the_block_waits_without_end() -> None:
     """If the limits are T#0s, the block waits without an end."""
     plc = _bench()

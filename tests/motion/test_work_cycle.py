@@ -412,6 +412,7 @@ def test_a_power_up_that_ends_after_its_cycle_starts_no_work(back: bool) -> None
     assert not plc["Bare.Powering.Busy"]
 
 
+@pytest.mark.exhaustive
 def test_a_later_failure_of_the_power_up_does_not_replace_the_first_fault() -> None:
     """Source: a rule of this library."""
     plc = _bench()

@@ -57,6 +57,7 @@ def test_the_tests_of_a_new_project_pass(pytester: pytest.Pytester) -> None:
         result.stdout.fnmatch_lines([f"tests/test_{name}.py::*PASSED*"])
 
 
+@pytest.mark.exhaustive
 def test_its_tests_pass_with_areas_of_256_bytes(pytester: pytest.Pytester) -> None:
     assert main(["new", ".", "--size", "256"]) == 0
     result = pytester.runpytest_inprocess(*_PLAIN, "--rcx-engine=builtin", "-k", "one_part")

@@ -163,6 +163,7 @@ _WRONG_VALUES += [
 _QUICK_VALUES = ["9" * 30, "[[1]]", "{}", "1979-05-27"]
 
 
+@pytest.mark.exhaustive(but=["robot-[[1]]", "axes-{}", "programs-1979-05-27"])
 @pytest.mark.parametrize(
     "value",
     [

@@ -99,6 +99,7 @@ def test_a_process_that_ends_before_it_listens_is_named_with_how(use: Use) -> No
     assert died.value.message == told
 
 
+@pytest.mark.exhaustive
 def test_a_killed_controller_takes_no_event() -> None:
     async def kill_and_ask() -> None:
         host = _host()

@@ -159,6 +159,7 @@ def test_a_disk_that_fills_up_later_ends_rcx_serve(monkeypatch: pytest.MonkeyPat
         asyncio.run(asyncio.wait_for(serving, _PATIENCE_S))
 
 
+@pytest.mark.exhaustive
 def test_children_end_with_a_parent_that_is_killed() -> None:
     (address,) = own_addresses(1)
     with ServeProcess("--address", address) as served:

@@ -90,6 +90,7 @@ def test_a_refused_connection_is_shown_until_a_master_has_connected() -> None:
     assert view(0, served)["connection"] == "connected: 192.168.0.10, every 10 ms"
 
 
+@pytest.mark.exhaustive
 def test_a_refusal_beside_a_master_is_shown_for_a_minute() -> None:
     served = ServedHost()
     served.network.become(OwnerState.RUN)

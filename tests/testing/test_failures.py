@@ -131,6 +131,7 @@ def test_the_files_hold_the_chart_and_the_whole_trace(run: Run, pytester: pytest
     assert scans == [*range(0, 2_500_000, 10_000)]
 
 
+@pytest.mark.exhaustive
 def test_without_a_named_folder_the_files_are_in_pytests_own(
     run: Run, pytester: pytest.Pytester
 ) -> None:
@@ -162,6 +163,7 @@ def test_tests_with_like_names_have_folders_of_their_own(
     assert max(len(chart.parent.name) for chart in charts) < 100
 
 
+@pytest.mark.exhaustive
 def test_a_test_that_passes_again_leaves_no_old_files(run: Run, pytester: pytest.Pytester) -> None:
     run("def test_it(cell):\n    assert False\n", artifacts="kept")
     folder = pytester.path / "kept" / "test_it" / "test_it"

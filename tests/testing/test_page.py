@@ -56,6 +56,7 @@ END_CONFIGURATION
 """
 
 
+@pytest.mark.exhaustive
 def test_the_examples_of_the_page_pass_in_a_new_project(
     page: str, pytester: pytest.Pytester
 ) -> None:

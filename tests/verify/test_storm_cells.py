@@ -37,6 +37,7 @@ def test_a_cell_is_gone_when_the_next_one_begins(tmp_path: Path) -> None:
     assert second.now_us == 0
 
 
+@pytest.mark.exhaustive
 @pytest.mark.usefixtures("by_hand")
 def test_older_objects_are_collected_after_the_cells(tmp_path: Path) -> None:
     """Objects that existed before the cells are collected after the last cell.

@@ -219,6 +219,7 @@ def test_examples_and_pages_have_no_first_mistakes() -> None:
     assert [str(one) for one in found] == []
 
 
+@pytest.mark.exhaustive
 def test_a_cell_has_the_warnings_for_its_interval(tmp_path: Path) -> None:
     """Pytest reports `mistakes` of a cell in its summary."""
     program = tmp_path / "main.st"

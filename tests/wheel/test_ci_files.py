@@ -127,6 +127,7 @@ def test_an_installed_rcx_is_used(cell: Path, repository: Path) -> None:
     assert not (cell / "temp").exists()
 
 
+@pytest.mark.exhaustive
 def test_the_hooks_of_a_new_project_pass_and_change_nothing(
     cell: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -194,6 +194,7 @@ def test_the_key_with_few_values_is_preferred() -> None:
     assert 'has the same effect as power_on_alarm = "12.600"' in text
 
 
+@pytest.mark.exhaustive
 def test_a_reset_without_effect_does_not_change_the_fitted_delay() -> None:
     """A reset without effect does not change the fitted delay, although the alarm ends later.
 

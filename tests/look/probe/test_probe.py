@@ -238,6 +238,7 @@ def test_a_controller_that_resets_its_status_late_is_not_misread() -> None:
     assert all("3 s long" in reason for reason in outcome.skipped.values())
 
 
+@pytest.mark.exhaustive
 def test_a_controller_that_never_ends_a_command_leaves_questions_open() -> None:
     """Source: guide 1.1, note."""
     names = ("undefined-data", "wrong-format", "command-times")

@@ -60,6 +60,7 @@ def test_the_page_shows_and_presses_the_keys_of_the_running_program(
     assert trace.is_file()
 
 
+@pytest.mark.exhaustive
 def test_a_program_without_a_panel_is_one_line_and_exit_code_2(
     repository: Path, capsys: Captured
 ) -> None:

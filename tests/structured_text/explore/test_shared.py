@@ -76,6 +76,7 @@ def test_an_error_is_reported_before_a_broken_rule_in_a_later_state() -> None:
         explored(0, broken={13: "thirteen"}, refused=[4])
 
 
+@pytest.mark.exhaustive
 def test_a_worker_that_is_killed_changes_nothing(tmp_path: Path) -> None:
     (tmp_path / "0").touch()
     assert explored(2, deaths=tmp_path) == explored()

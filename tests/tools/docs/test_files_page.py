@@ -121,6 +121,7 @@ def test_the_steps_of_the_page_are_understood() -> None:
     RobotConfig(programs=(RobotProgram(steps=steps), RobotProgram()))
 
 
+@pytest.mark.exhaustive
 def test_the_example_files_run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """The example files run with the program of `rcx new`.
 

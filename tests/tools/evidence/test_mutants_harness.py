@@ -254,6 +254,7 @@ def other() -> int:
     assert concerned("robot/a.py:other", 13, texts) == {"ROBOT/A.PY:OTHER"}
 
 
+@pytest.mark.exhaustive
 def test_a_sample_is_the_same_for_the_same_seed_and_has_nothing_twice(tmp_path: Path) -> None:
     text = _MODULE.replace("bits < 3", "bits < 3 and bits < 3")
 

@@ -195,6 +195,7 @@ def test_a_step_back_repeats_few_scans_even_after_a_long_run(lamps: Path) -> Non
     machine.close()
 
 
+@pytest.mark.exhaustive
 def test_a_repeated_scan_is_the_same_to_the_byte(repository: Path, tmp_path: Path) -> None:
     """A repeated scan gives the same bytes for the whole cell.
 

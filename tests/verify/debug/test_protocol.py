@@ -174,6 +174,7 @@ def _launches(**arguments: Any) -> bytes:
     )
 
 
+@pytest.mark.exhaustive
 def test_on_a_port_of_this_computer_one_client_comes_after_the_other(port: tuple[int, str]) -> None:
     number, token = port
     for _ in range(2):
@@ -219,6 +220,7 @@ def test_a_short_token_in_the_environment_is_refused(
     assert "RCX_DEBUG_TOKEN is too short" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_a_port_that_is_taken_is_named() -> None:
     with socket.socket() as taken:
         taken.bind(("127.0.0.1", 0))

@@ -78,6 +78,7 @@ def test_an_invariant_is_found_if_one_scan_does_not_prove_the_property(tmp_path:
     assert set(statuses(proved(tmp_path, body)).values()) == {"proved"}
 
 
+@pytest.mark.exhaustive
 def test_calls_that_break_the_rules_are_refuted_by_runs(tmp_path: Path) -> None:
     body = (
         "  IF Start THEN Servo(Robot := Robot, Execute := Start); END_IF;\n"

@@ -126,6 +126,7 @@ def _check_round_trip(found: Definition, name: str) -> None:
     assert _renamed(after, again, before) == _FILES
 
 
+@pytest.mark.exhaustive
 @settings(max_examples=12, deadline=None)
 @example(_INDEX.names.get("BASE.RUN"), "Go")
 @example(_INDEX.names.get("RUNS.RUN.FAST"), "quick")

@@ -104,6 +104,7 @@ _GIVEN = given(
 )
 
 
+@pytest.mark.exhaustive
 @_GIVEN
 @settings(max_examples=40, deadline=None, derandomize=True)
 def test_a_counted_program_does_the_same(

@@ -8,6 +8,7 @@ from dataclasses import replace
 from itertools import combinations
 from math import ceil, floor
 
+import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
@@ -185,6 +186,7 @@ def test_each_connection_is_drawn_once_and_no_other(diagram: Diagram) -> None:
     assert _drawn(layout(diagram, 1)) == _connections(diagram)
 
 
+@pytest.mark.exhaustive
 @settings(max_examples=40, deadline=None)
 @given(_diagrams(), st.integers(20, 120))
 def test_bands_keep_all_symbols_and_fit_the_width(diagram: Diagram, width: int) -> None:
@@ -201,6 +203,7 @@ def test_bands_keep_all_symbols_and_fit_the_width(diagram: Diagram, width: int) 
     assert cut.width <= max(width, widest + 8)
 
 
+@pytest.mark.exhaustive
 @settings(max_examples=40, deadline=None)
 @given(_diagrams())
 def test_the_same_network_has_the_same_drawing(diagram: Diagram) -> None:
