@@ -86,9 +86,8 @@ def test_unprintable_characters_are_shown_as_codes(text: str, shown: str) -> Non
 def test_lines_count_as_drawn_only_with_every_character_that_is_printed(repository: Path) -> None:
     """Every special character that is printed counts as needed.
 
-    Pages and pictures do not count, because they are UTF-8 files. Some modules do not count, because
-    they only search for their characters, or answer an editor in UTF-8. Drawings of networks have a
-    form in ASCII.
+    Pages and pictures are UTF-8 files, so they do not count. Some modules only search for their
+    characters, or answer an editor in UTF-8. Drawings of networks have a form in ASCII.
     """
     searched = (
         "structured_text.projects.plcopen.tasks",
