@@ -34,7 +34,7 @@ class _Change(NamedTuple):
 
 @dataclass
 class _State:
-    """What a controller and the program show at a time."""
+    """Hold what a controller and the program show at a time."""
 
     areas: dict[int, tuple[bytes, bytes]] = field(default_factory=dict)
     values: dict[str, str] = field(default_factory=dict)

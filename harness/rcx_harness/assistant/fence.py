@@ -44,7 +44,7 @@ _THIS_COMPUTER = ("127.0.0.1", "localhost")
 
 @dataclass(frozen=True)
 class Fence:
-    """What the process of a call may use.
+    """List what the process of a call may use.
 
     Attributes:
         readable: Folders and files that it may read.
